@@ -1,0 +1,14 @@
+//! What flows on a wire: the [`Value`] trait, content digests, the stable binary encoding and the frame axis.
+//!
+//! This crate stands below everything else. Data types (`face-math`) implement [`Value`] beside their
+//! definition; the engine (`graph-core`) moves values about knowing this trait and nothing more.
+
+mod axis;
+mod codec;
+mod digest;
+mod kind;
+
+pub use axis::{AxisError, FrameAxis};
+pub use codec::{DecodeError, Decoder, Encoder};
+pub use digest::{Digest, Hasher};
+pub use kind::{Data, JoinError, Value, ValueKind};
