@@ -1,1 +1,14 @@
-//! (being written)
+//! Faces as data, and the mathematics on them: pure, with units, knowing neither graphs nor files nor clocks.
+//!
+//! - [`data`]: markers, curves, rigs, attachments, regions, features, images: what flows on wires.
+//! - [`rig`]: how a rig turns channel weights into points, the jaw's part of it, and marker attachment.
+//! - [`solve`]: features, salience, alignment and the bounded minimisers.
+//! - [`render`]: a small software rasteriser, to look at faces.
+//!
+//! Positions are metres, Y is up, the face looks along +Z, `_L`/`_R` are the performer's left and right,
+//! rotations are radians, channel weights are unitless and normally 0 to 1.
+
+pub mod data;
+pub mod render;
+pub mod rig;
+pub mod solve;

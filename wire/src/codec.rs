@@ -116,10 +116,7 @@ impl<'a> Decoder<'a> {
 
     fn take(&mut self, length: usize) -> Result<&'a [u8], DecodeError> {
         let end = self.at.saturating_add(length);
-        let part = self
-            .bytes
-            .get(self.at..end)
-            .ok_or(DecodeError::Short { need: end, have: self.bytes.len() })?;
+        let part = self.bytes.get(self.at..end).ok_or(DecodeError::Short { need: end, have: self.bytes.len() })?;
         self.at = end;
         Ok(part)
     }
@@ -161,8 +158,7 @@ impl<'a> Decoder<'a> {
     /// # Errors
     /// Where the bytes end too soon or hold another record.
     pub fn record<T: DeserializeOwned>(&mut self) -> Result<T, DecodeError> {
-        postcard::from_bytes(self.blob()?)
-            .map_err(|_| DecodeError::Invalid { what: std::any::type_name::<T>().into() })
+        postcard::from_bytes(self.blob()?).map_err(|_| DecodeError::Invalid { what: std::any::type_name::<T>().into() })
     }
 
     fn words<const N: usize, T>(&mut self, read: impl Fn([u8; N]) -> T) -> Result<Vec<T>, DecodeError> {
