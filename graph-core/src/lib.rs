@@ -1,1 +1,16 @@
-//! (being written)
+//! The engine of grimace: values, ports, nodes, documents, plans, cooking, the store, why.
+//!
+//! It knows neither faces nor terminals nor networks. The way of a graph through the crate:
+//! [`document`] reads the RON text, [`plan`] flattens nested graphs into a wired plan and checks it,
+//! [`cook`] brings every node up to date through [`store`] and [`files`], and what a cook did is kept for `why`.
+
+pub mod cook;
+pub mod document;
+pub mod files;
+pub mod node;
+pub mod plan;
+pub mod store;
+
+#[doc(hidden)]
+pub use inventory;
+pub use wire;

@@ -1,0 +1,5 @@
+//! Cooking: bringing every node up to date.
+
+mod artifact;
+
+pub use artifact::{Artifact, FILES};
