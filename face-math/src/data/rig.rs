@@ -55,14 +55,15 @@ pub struct Shape {
 pub struct JawMotion {
     /// Index of the shape among the rig's shapes.
     pub shape: u32,
-    /// R_i as intrinsic X-Y-Z Euler angles, in radians.
+    /// `R_i` as angles about the fixed axes of the rig, in radians: first x (opening), then y (left and right), then z,
+    /// so R = Rz·Ry·Rx. Rotations of several shapes mix by adding these angles.
     pub euler_rad: Vec3,
-    /// T_i in metres.
+    /// `T_i` in metres.
     pub translation_m: Vec3,
 }
 
 /// The jaw as a joint: who follows it, and where each jaw shape takes it (section 6 of the deepfake capture paper).
-/// A rig that has one holds "de-skinned" deltas D_i in its shapes.
+/// A rig that has one holds "de-skinned" deltas `D_i` in its shapes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JawSkin {
     /// M: per vertex, 0 follows the skull, 1 follows the jaw.
@@ -155,9 +156,9 @@ impl Rig {
 }
 
 impl JawMotion {
-    /// The rotation R_i.
+    /// The rotation `R_i` = Rz·Ry·Rx.
     pub fn rotation(&self) -> Quat {
-        Quat::from_euler(glam::EulerRot::XYZ, self.euler_rad.x, self.euler_rad.y, self.euler_rad.z)
+        Quat::from_euler(glam::EulerRot::ZYX, self.euler_rad.z, self.euler_rad.y, self.euler_rad.x)
     }
 }
 

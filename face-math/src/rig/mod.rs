@@ -1,1 +1,34 @@
-//! (being written)
+//! How a rig turns channel weights into points: between the data types and every node that poses a head.
+//!
+//! Read in this order:
+//!
+//! - [`ShapeDrivers`]: channel weights to shape weights (combinations, in-betweens).
+//! - [`JawPose`]: where the jaw stands at given shape weights.
+//! - [`Puppet`]: all vertices of a head at given weights.
+//! - [`MarkerRig`]: the few points that carry markers, with derivatives: what solvers work on.
+//! - [`attach_markers`]: neutral markers onto the neutral surface.
+//! - [`fit_rigid`]: the best rotation and translation between two sets of points.
+//! - [`skin_jaw`]: splits the jaw's motion off a rig whose shapes hold the whole deformation.
+
+mod attach;
+mod closest;
+mod drivers;
+mod error;
+mod jaw;
+mod jaw_split;
+mod marker_rig;
+mod puppet;
+mod rigid;
+mod skin_jaw;
+#[cfg(test)]
+pub(crate) mod toy;
+
+pub use attach::{AttachOptions, Attached, FarMarker, attach_markers};
+pub use closest::{ClosestPoint, closest_on_triangle};
+pub use drivers::ShapeDrivers;
+pub use error::RigError;
+pub use jaw::JawPose;
+pub use marker_rig::{MarkerPose, MarkerRig};
+pub use puppet::Puppet;
+pub use rigid::{Rigid, RigidError, RigidFit, fit_rigid};
+pub use skin_jaw::{JawFit, SkinJawOptions, SkinnedJaw, skin_jaw};

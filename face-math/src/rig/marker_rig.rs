@@ -1,0 +1,353 @@
+//! A rig restricted to the few points that carry markers: g(w) of FDLS, with exact derivatives, in microseconds.
+//!
+//! A marker sits at x = Σₖ bₖ Sₖ(w) over the three vertices k of its triangle. With skinning (see [`super::Puppet`]) the
+//! sum splits into what follows the jaw and what follows the skull:
+//!
+//! ```text
+//! x(w) = R(w) Y(w) + Z(w) + m T(w)
+//! Y = Σₖ bₖ Mₖ (Nₖ + Σᵢ wᵢ Dᵢₖ)      Z = Σₖ bₖ (1 − Mₖ) (Nₖ + Σᵢ wᵢ Dᵢₖ)      m = Σₖ bₖ Mₖ
+//! ∂x/∂wᵢ = R ∂Y/∂wᵢ + ∂Z/∂wᵢ + m Tᵢ + Σ_axis (∂R/∂θ_axis) Y θᵢ,axis
+//! ```
+//!
+//! Y and Z are linear in the shape weights wᵢ, so per shape and marker two vectors are kept. Metres throughout.
+
+use super::{JawPose, RigError, ShapeDrivers};
+use crate::data::{Attachment, Curves, DataError, JawSkin, Markers, Rig};
+use glam::{DVec3, Vec3};
+use std::collections::BTreeMap;
+
+/// The marker-carrying points of a rig.
+#[derive(Debug, Clone)]
+pub struct MarkerRig {
+    names: Vec<String>,
+    channels: Vec<String>,
+    drivers: ShapeDrivers,
+    rest: Vec<Split>,
+    shares: Vec<f64>,
+    terms: Vec<Vec<(u32, Split)>>,
+    jaw: Option<JawSkin>,
+}
+
+/// A vector of a marker, split into what follows the jaw and what follows the skull.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Split {
+    jaw: DVec3,
+    skull: DVec3,
+}
+
+/// The markers at some channel weights; made once and used again, so that evaluation allocates nothing.
+#[derive(Debug, Clone, Default)]
+pub struct MarkerPose {
+    weights: Vec<f64>,
+    shape_weights: Vec<f64>,
+    shape_gradient: Vec<f64>,
+    jaw: JawPose,
+    followers: Vec<DVec3>,
+    positions: Vec<DVec3>,
+}
+
+impl MarkerPose {
+    /// Positions of the markers, in metres.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+}
+
+impl MarkerRig {
+    /// The markers of an attachment.
+    ///
+    /// # Errors
+    /// Where the attachment belongs to another rig (its vertices are not there), or the rig cannot be posed.
+    pub fn attached(rig: &Rig, attachment: &Attachment) -> Result<Self, RigError> {
+        let points = attachment.points.iter().map(|point| {
+            let corners = point.vertices.iter().zip(point.weights);
+            (point.name.clone(), corners.map(|(vertex, weight)| (*vertex, f64::from(weight))).collect())
+        });
+        Self::new(rig, points.collect())
+    }
+
+    /// Some vertices of the rig, each a marker named by its index.
+    ///
+    /// # Errors
+    /// Where a vertex is not there, or the rig cannot be posed.
+    pub fn of_vertices(rig: &Rig, vertices: &[u32]) -> Result<Self, RigError> {
+        Self::new(rig, vertices.iter().map(|vertex| (vertex.to_string(), vec![(*vertex, 1.0)])).collect())
+    }
+
+    fn new(rig: &Rig, points: Vec<(String, Vec<(u32, f64)>)>) -> Result<Self, RigError> {
+        let share_of = |vertex: u32| rig.jaw.as_ref().map_or(0.0, |jaw| f64::from(jaw.weights[vertex as usize]));
+        let mut corners_of: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        let mut names = Vec::with_capacity(points.len());
+        let (mut rest, mut shares) = (Vec::new(), Vec::new());
+        for (marker, (name, corners)) in points.into_iter().enumerate() {
+            let (mut own_rest, mut own_share) = (Split::default(), 0.0);
+            for (vertex, weight) in corners {
+                let Some(position) = rig.neutral.get(vertex as usize) else {
+                    let what = format!("vertex of marker `{name}` on rig `{}`", rig.name);
+                    return Err(DataError::Index { what, index: vertex as usize, count: rig.neutral.len() }.into());
+                };
+                own_rest.add(weight, share_of(vertex), *position);
+                own_share += weight * share_of(vertex);
+                corners_of.entry(vertex).or_default().push((marker as u32, weight));
+            }
+            names.push(name);
+            rest.push(own_rest);
+            shares.push(own_share);
+        }
+        let terms = rig.shapes.iter().map(|shape| {
+            let mut of_marker: BTreeMap<u32, Split> = BTreeMap::new();
+            for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
+                for (marker, weight) in corners_of.get(vertex).into_iter().flatten() {
+                    of_marker.entry(*marker).or_default().add(*weight, share_of(*vertex), *delta);
+                }
+            }
+            of_marker.into_iter().filter(|(_, term)| *term != Split::default()).collect()
+        });
+        Ok(Self {
+            names,
+            channels: rig.channels.clone(),
+            drivers: ShapeDrivers::new(rig)?,
+            rest,
+            shares,
+            terms: terms.collect(),
+            jaw: rig.jaw.as_ref().map(|jaw| JawSkin { weights: Vec::new(), motions: jaw.motions.clone() }),
+        })
+    }
+
+    /// Names of the markers.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Names of the channels.
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// Poses the markers at the weights of all channels.
+    ///
+    /// # Panics
+    /// Where there are fewer weights than channels.
+    pub fn pose(&self, weights: &[f64], pose: &mut MarkerPose) {
+        pose.weights.clear();
+        pose.weights.extend_from_slice(weights);
+        self.drivers.weights_into(weights, &mut pose.shape_weights);
+        pose.followers.clear();
+        pose.followers.extend(self.rest.iter().map(|rest| rest.jaw));
+        pose.positions.clear();
+        pose.positions.extend(self.rest.iter().map(|rest| rest.skull));
+        for (terms, weight) in self.terms.iter().zip(&pose.shape_weights) {
+            if *weight != 0.0 {
+                for (marker, term) in terms {
+                    pose.followers[*marker as usize] += *weight * term.jaw;
+                    pose.positions[*marker as usize] += *weight * term.skull;
+                }
+            }
+        }
+        if let Some(jaw) = &self.jaw {
+            pose.jaw = JawPose::at(jaw, &pose.shape_weights);
+            for ((position, follower), share) in pose.positions.iter_mut().zip(&pose.followers).zip(&self.shares) {
+                *position += pose.jaw.rotation * *follower + *share * pose.jaw.translation_m;
+            }
+        }
+    }
+
+    /// The gradient by the channels of a number whose derivatives by the marker positions are `forces`: Jᵀ f, without
+    /// making J.
+    ///
+    /// # Panics
+    /// Where `pose` is not one of this rig's, or `gradient` is shorter than the channels.
+    pub fn pull_back(&self, pose: &mut MarkerPose, forces: &[DVec3], gradient: &mut [f64]) {
+        let rotation = pose.jaw.rotation;
+        pose.shape_gradient.clear();
+        pose.shape_gradient.extend(self.terms.iter().map(|terms| {
+            let (mut jaw, mut skull) = (0.0, 0.0);
+            for (marker, term) in terms {
+                let force = forces[*marker as usize];
+                skull += force.dot(term.skull);
+                if term.jaw != DVec3::ZERO {
+                    jaw += force.dot(rotation * term.jaw);
+                }
+            }
+            jaw + skull
+        }));
+        if let Some(jaw) = &self.jaw {
+            let (mut turning, mut pushing) = (DVec3::ZERO, DVec3::ZERO);
+            for ((force, follower), share) in forces.iter().zip(&pose.followers).zip(&self.shares) {
+                if *share != 0.0 {
+                    for axis in 0..3 {
+                        turning[axis] += force.dot(pose.jaw.turns[axis] * *follower);
+                    }
+                    pushing += *share * *force;
+                }
+            }
+            for motion in &jaw.motions {
+                pose.shape_gradient[motion.shape as usize] +=
+                    turning.dot(motion.euler_rad.as_dvec3()) + pushing.dot(motion.translation_m.as_dvec3());
+            }
+        }
+        gradient.fill(0.0);
+        self.drivers.pull_back(&pose.weights, &pose.shape_gradient, gradient);
+    }
+
+    /// The Jacobian by the channels: for each channel, how every marker moves, in metres a unit of weight. The result
+    /// is `channels × markers`, channel after channel.
+    ///
+    /// # Panics
+    /// Where `pose` is not one of this rig's.
+    pub fn jacobian(&self, pose: &MarkerPose, jacobian: &mut Vec<DVec3>) {
+        let markers = self.rest.len();
+        jacobian.clear();
+        jacobian.resize(self.channels.len() * markers, DVec3::ZERO);
+        for (shape, terms) in self.terms.iter().enumerate() {
+            self.drivers.derivatives(shape, &pose.weights, |channel, slope| {
+                let column = &mut jacobian[channel * markers..(channel + 1) * markers];
+                for (marker, term) in terms {
+                    column[*marker as usize] += slope * (pose.jaw.rotation * term.jaw + term.skull);
+                }
+            });
+        }
+        for motion in self.jaw.iter().flat_map(|jaw| &jaw.motions) {
+            let angles = motion.euler_rad.as_dvec3();
+            let turn = pose.jaw.turns[0] * angles.x + pose.jaw.turns[1] * angles.y + pose.jaw.turns[2] * angles.z;
+            let translation = motion.translation_m.as_dvec3();
+            self.drivers.derivatives(motion.shape as usize, &pose.weights, |channel, slope| {
+                let column = &mut jacobian[channel * markers..(channel + 1) * markers];
+                for ((place, follower), share) in column.iter_mut().zip(&pose.followers).zip(&self.shares) {
+                    *place += slope * (turn * *follower + *share * translation);
+                }
+            });
+        }
+    }
+
+    /// The markers over all frames of `curves`, which must hold every channel of the rig (others are passed over).
+    ///
+    /// # Errors
+    /// Where a channel is not there, or a weight is not a number.
+    pub fn drive(&self, curves: &Curves) -> Result<Markers, RigError> {
+        let arranged = curves.arrange(&self.channels, None)?;
+        let axis = curves.frame_axis();
+        let mut positions = Vec::with_capacity(axis.count * self.names.len());
+        let mut pose = MarkerPose::default();
+        let mut weights = vec![0.0; self.channels.len()];
+        for frame in 0..axis.count {
+            for (channel, value) in arranged.frame(frame).iter().enumerate() {
+                if !value.is_finite() {
+                    let channel = self.channels[channel].clone();
+                    return Err(RigError::Weight {
+                        channel,
+                        frame: axis.slice(&(frame..frame + 1)).first,
+                        value: *value,
+                    });
+                }
+                weights[channel] = f64::from(*value);
+            }
+            self.pose(&weights, &mut pose);
+            positions.extend(pose.positions.iter().map(|position| position.as_vec3()));
+        }
+        Ok(Markers::new(axis, self.names.clone(), positions)?)
+    }
+}
+
+impl Split {
+    fn add(&mut self, weight: f64, share: f64, vector: Vec3) {
+        let vector = weight * vector.as_dvec3();
+        self.jaw += share * vector;
+        self.skull += (1.0 - share) * vector;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::SurfacePoint;
+    use crate::rig::{Puppet, toy};
+    use wire::FrameAxis;
+
+    fn attachment(rig: &Rig) -> Attachment {
+        let mut dice = toy::Dice(3);
+        let points = rig.parts[0].triangles.iter().step_by(3).enumerate().map(|(index, triangle)| {
+            let (a, b) = (0.25 + 0.2 * dice.roll(), 0.3 + 0.2 * dice.roll());
+            SurfacePoint {
+                name: format!("m{index}"),
+                vertices: *triangle,
+                weights: [a, b, 1.0 - a - b],
+                distance_m: 0.0,
+            }
+        });
+        Attachment { points: points.collect() }
+    }
+
+    #[test]
+    fn markers_follow_the_puppet() {
+        for rig in [toy::rig(6, 5), toy::jawed(6, 5)] {
+            let attachment = attachment(&rig);
+            let markers = MarkerRig::attached(&rig, &attachment).unwrap();
+            let weights = [0.4_f32, 0.9, 0.2, 1.0, 0.65];
+            let vertices = Puppet::new(&rig).unwrap().vertices(&weights).unwrap();
+            let mut pose = MarkerPose::default();
+            markers.pose(&weights.map(f64::from), &mut pose);
+            for (point, position) in attachment.points.iter().zip(pose.positions()) {
+                let expected: DVec3 = point
+                    .vertices
+                    .iter()
+                    .zip(point.weights)
+                    .map(|(vertex, weight)| f64::from(weight) * vertices[*vertex as usize].as_dvec3())
+                    .sum();
+                assert!(position.abs_diff_eq(expected, 1e-8), "{}", point.name);
+            }
+        }
+    }
+
+    #[test]
+    fn the_jacobian_equals_finite_differences_and_its_transpose_the_pull_back() {
+        for rig in [toy::rig(6, 5), toy::jawed(6, 5)] {
+            let markers = MarkerRig::attached(&rig, &attachment(&rig)).unwrap();
+            let count = markers.names().len();
+            let weights = [0.4, 0.9, 0.2, 0.85, 0.55];
+            let (mut pose, mut moved) = (MarkerPose::default(), MarkerPose::default());
+            let mut jacobian = Vec::new();
+            markers.pose(&weights, &mut pose);
+            markers.jacobian(&pose, &mut jacobian);
+            let mut dice = toy::Dice(5);
+            let forces: Vec<_> = (0..count).map(|_| dice.point().as_dvec3()).collect();
+            let mut gradient = vec![0.0; 5];
+            markers.pull_back(&mut pose, &forces, &mut gradient);
+            let step = 1e-6;
+            for channel in 0..5 {
+                let mut shifted = weights;
+                shifted[channel] += step;
+                markers.pose(&shifted, &mut moved);
+                let up = moved.positions().to_vec();
+                shifted[channel] -= 2.0 * step;
+                markers.pose(&shifted, &mut moved);
+                let mut pulled = 0.0;
+                for marker in 0..count {
+                    let slope = (up[marker] - moved.positions()[marker]) / (2.0 * step);
+                    let exact = jacobian[channel * count + marker];
+                    assert!(slope.abs_diff_eq(exact, 1e-9), "channel {channel}, marker {marker}: {slope} {exact}");
+                    pulled += forces[marker].dot(exact);
+                }
+                assert!((pulled - gradient[channel]).abs() < 1e-12, "channel {channel}");
+            }
+        }
+    }
+
+    #[test]
+    fn curves_that_lack_a_channel_or_hold_nan_are_refused() {
+        let rig = toy::rig(4, 3);
+        let markers = MarkerRig::of_vertices(&rig, &[0, 5]).unwrap();
+        let axis = FrameAxis { first: 10, count: 2, rate_hz: 60.0 };
+        let short = Curves::new(axis, vec!["c0".into(), "c1".into()], vec![0.0; 4]).unwrap();
+        assert!(matches!(markers.drive(&short), Err(RigError::Data(DataError::Missing { name, .. })) if name == "c2"));
+        let names = vec!["c0".into(), "c1".into(), "c2".into()];
+        let broken = Curves::new(axis, names, vec![0.0, 0.0, 0.0, 0.0, f32::NAN, 0.0]).unwrap();
+        assert!(matches!(markers.drive(&broken), Err(RigError::Weight { frame: 11, channel, .. }) if channel == "c1"));
+    }
+
+    #[test]
+    fn a_vertex_of_another_rig_is_refused() {
+        let error = MarkerRig::of_vertices(&toy::rig(4, 3), &[16]).unwrap_err();
+        assert!(matches!(error, RigError::Data(DataError::Index { index: 16, count: 16, .. })));
+    }
+}
