@@ -1,0 +1,204 @@
+//! A network while it is being trained: its parameters as dfdx tensors, Adam's moments, one step at a time.
+
+use crate::architecture::{Architecture, Layer, Role};
+use crate::network::Parameter;
+use crate::random::{Stream, Use};
+use crate::tape::{self, Finish, Rows, Traced};
+use crate::training::{BETA2, EPSILON, Loss, Step};
+use dfdx::prelude::{AdamConfig, WeightDecay};
+use dfdx::shapes::HasShape;
+use dfdx::tensor::{Cache, Cpu, CpuError, Gradients, OwnedTape, PutTape, SplitTape, Storage, TensorFromVec, Trace};
+use dfdx::tensor_ops::Backward;
+
+/// Numbers on dfdx's device.
+type Numbers = <Cpu as Storage<f32>>::Vec;
+
+/// Trained numbers and what Adam remembers of them.
+struct Trained {
+    name: String,
+    values: Rows,
+    moments: [Numbers; 2],
+}
+
+/// A network under training. It lives on one thread, as dfdx's tapes do.
+pub(crate) struct Model {
+    device: Cpu,
+    layers: Vec<Layer>,
+    architecture: Architecture,
+    /// Weight and bias of each layer in turn.
+    trained: Vec<Trained>,
+}
+
+/// A part of a batch, standardised, row after row.
+pub(crate) struct Part {
+    pub rows: usize,
+    pub inputs: Vec<f32>,
+    pub conditions: Vec<f32>,
+    pub targets: Vec<f32>,
+}
+
+/// Frees the memory that dfdx keeps for reuse, which it would otherwise leak.
+impl Drop for Model {
+    fn drop(&mut self) {
+        // Fails only if another thread died while it held the lock; this model has one thread.
+        let _ = self.device.try_disable_cache();
+    }
+}
+
+/// The weights of a new network, row-major inputs x outputs, from the seed.
+///
+/// Each is even in [-l, l] with l = sqrt(3 g / n), where n is the number of inputs of the layer and g the gain: the variance
+/// is then g / n. g = 2 before a rectifier (He et al. 2015, Eq. 10); for the layer that closes a block it is divided by the
+/// number of blocks, so that depth does not make the sum grow; g = 1 for the outputs. Biases are 0.
+pub(crate) fn initial_parameters(architecture: &Architecture, seed: u64) -> Vec<Parameter> {
+    let mut parameters = Vec::new();
+    for (index, layer) in architecture.layers().into_iter().enumerate() {
+        let gain = match layer.role {
+            Role::Input | Role::OpenBlock | Role::Head => 2.0,
+            Role::CloseBlock => 2.0 / architecture.blocks as f32,
+            Role::Output => 1.0,
+        };
+        let limit = (3.0 * gain / layer.inputs as f32).sqrt();
+        let mut stream = Stream::new(seed, Use::Weights, index);
+        let values = (0..layer.inputs * layer.outputs).map(|_| limit * (2.0 * stream.unit() - 1.0)).collect();
+        parameters.push(Parameter::weight(&layer, values));
+        parameters.push(Parameter::bias(&layer, vec![0.0; layer.outputs]));
+    }
+    parameters
+}
+
+impl Model {
+    /// A model with the given parameters, and with Adam's moments where training goes on.
+    pub fn new(
+        architecture: &Architecture,
+        parameters: &[Parameter],
+        moments: Option<&[[Vec<f32>; 2]]>,
+    ) -> Result<Self, CpuError> {
+        let device = Cpu::default();
+        device.try_enable_cache()?;
+        let mut model =
+            Self { layers: architecture.layers(), architecture: architecture.clone(), trained: Vec::new(), device };
+        for (index, parameter) in parameters.iter().enumerate() {
+            let shape = (parameter.rows, parameter.columns);
+            let values = model.device.try_tensor_from_vec(parameter.values.clone(), shape)?;
+            let mut own = [model.zeros(parameter.values.len())?, model.zeros(parameter.values.len())?];
+            if let Some(moments) = moments {
+                for (own, given) in own.iter_mut().zip(&moments[index]) {
+                    own.copy_from_slice(given);
+                }
+            }
+            model.trained.push(Trained { name: parameter.name.clone(), values, moments: own });
+        }
+        Ok(model)
+    }
+
+    fn zeros(&self, count: usize) -> Result<Numbers, CpuError> {
+        Storage::<f32>::try_alloc_len(&self.device, count)
+    }
+
+    /// The parameters as plain numbers.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let plain = |trained: &Trained| {
+            let (rows, columns) = *trained.values.shape();
+            Parameter { name: trained.name.clone(), rows, columns, values: tape::read(&trained.values) }
+        };
+        self.trained.iter().map(plain).collect()
+    }
+
+    /// Adam's moments as plain numbers, for each parameter in order.
+    pub fn moments(&self) -> Vec<[Vec<f32>; 2]> {
+        self.trained.iter().map(|trained| [trained.moments[0].to_vec(), trained.moments[1].to_vec()]).collect()
+    }
+
+    /// The outputs for a part of a batch, on a tape that adds to `gradients`.
+    fn forward(
+        &self,
+        part: &mut Part,
+        gradients: Gradients<f32, Cpu>,
+        mut dropout: Option<&mut Stream>,
+        again: bool,
+    ) -> Result<Traced, CpuError> {
+        let inputs = std::mem::take(&mut part.inputs);
+        let inputs = self.device.try_tensor_from_vec(inputs, (part.rows, self.architecture.inputs))?;
+        let (inputs, start): (Rows, OwnedTape<f32, Cpu>) = inputs.traced(gradients).split_tape();
+        let activation = Some(self.architecture.activation);
+        let mut hidden = tape::enter(inputs, &self.trained[0].values, start, again)?;
+        let mut skip = None;
+        for (layer, own) in self.layers.iter().zip(self.trained.chunks_exact(2)) {
+            let mut finish = Finish { bias: &own[1].values, skip: None, activation, dropout: None };
+            match layer.role {
+                Role::OpenBlock => {
+                    let (kept, tape) = hidden.split_tape();
+                    skip = Some(kept.clone());
+                    hidden = kept.put_tape(tape);
+                    let rate = self.architecture.dropout;
+                    finish.dropout = dropout
+                        .as_mut()
+                        .filter(|_| rate > 0.0)
+                        .map(|stream| stream.dropout(rate, part.rows * layer.outputs));
+                }
+                Role::CloseBlock => finish.skip = skip.take(),
+                Role::Head if self.architecture.conditions > 0 => {
+                    hidden = tape::concatenate(hidden, &part.conditions)?;
+                }
+                Role::Input | Role::Head => {}
+                Role::Output => finish.activation = None,
+            }
+            if layer.role != Role::Input {
+                hidden = tape::multiply(hidden, &own[0].values)?;
+            }
+            hidden = finish.run(hidden)?;
+        }
+        Ok(hidden)
+    }
+
+    /// Adds the gradient of `weight` times the summed loss of a part of a batch; gives that sum and all gradients so far
+    /// (`None` to start with).
+    pub fn accumulate(
+        &self,
+        mut part: Part,
+        gradients: Option<Gradients<f32, Cpu>>,
+        dropout: Option<&mut Stream>,
+        (loss, weight): (Loss, f32),
+    ) -> Result<(f64, Gradients<f32, Cpu>), CpuError> {
+        let again = gradients.is_some();
+        // Gradients of passing tensors pile up in "leaky" gradients, so each batch starts with new ones.
+        let gradients = gradients.unwrap_or_else(Gradients::leaky);
+        let outputs = self.forward(&mut part, gradients, dropout, again)?;
+        let (sum, end) = tape::compare(outputs, &part.targets, loss, weight)?;
+        Ok((sum, end.try_backward()?))
+    }
+
+    /// The gradient of each parameter in order.
+    #[cfg(test)]
+    pub fn gradients(&self, gradients: &mut Gradients<f32, Cpu>) -> Result<Vec<Vec<f32>>, CpuError> {
+        let one = |trained: &Trained| Ok(gradients.get_or_alloc_mut(&trained.values)?.to_vec());
+        self.trained.iter().map(one).collect()
+    }
+
+    /// One step of Adam; `count` steps, this one included, have been made. Stops early, with `false`, when `stop` says so.
+    pub fn update(
+        &mut self,
+        gradients: &mut Gradients<f32, Cpu>,
+        step: Step,
+        (count, weight_decay): (usize, f64),
+        stop: impl Fn() -> bool,
+    ) -> Result<bool, CpuError> {
+        let adam = AdamConfig {
+            lr: step.learning_rate,
+            betas: [step.beta1, BETA2],
+            eps: EPSILON,
+            weight_decay: (weight_decay > 0.0).then_some(WeightDecay::L2(weight_decay)),
+        };
+        let count = i32::try_from(count).unwrap_or(i32::MAX);
+        for trained in &mut self.trained {
+            if stop() {
+                return Ok(false);
+            }
+            let gradient = gradients.get_or_alloc_mut(&trained.values)?;
+            let [first, second] = &mut trained.moments;
+            adam.try_update(count, &mut trained.values, first, second, gradient)?;
+        }
+        Ok(true)
+    }
+}
