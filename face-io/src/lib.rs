@@ -1,1 +1,18 @@
-//! (being written)
+//! File formats to and from the data types of faces, nothing else.
+//!
+//! Readers take bytes and answer with a value in metres, hertz and weights, or with an error that names the place and
+//! the cure; writers answer with bytes. No file is opened here: formats with companion files ask for them through
+//! [`Sibling`]. One format a module:
+//!
+//! - [`c3d`]: markers, as motion capture systems write them.
+//! - [`gltf`]: rigs with morph targets, and animated heads to look at.
+
+pub mod c3d;
+mod csv;
+mod error;
+pub mod gltf;
+mod units;
+
+pub use csv::CsvError;
+pub use error::{ReadError, Sibling, WriteError, no_sibling};
+pub use units::LengthUnit;

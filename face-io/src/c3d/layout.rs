@@ -1,0 +1,220 @@
+//! Where the frames of a C3D file lie: what header and parameters say, weighed against the bytes there are.
+
+use super::C3dError;
+use super::numbers::Source;
+use super::parameters::{Parameters, shortest_decimal};
+use crate::units::LengthUnit;
+
+/// Files come in blocks of this many bytes.
+pub(super) const BLOCK: usize = 512;
+
+/// The largest count of frames that 16 bits hold: it stands in files that have more.
+const CLIPPED: u64 = 65_535;
+
+/// How coordinates are stored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Storage {
+    /// 16-bit integers, to be multiplied with the scale.
+    Integer {
+        /// `POINT:SCALE`, units of length a step.
+        scale: f64,
+    },
+    /// 32-bit floats in units of length.
+    Real,
+}
+
+impl Storage {
+    pub(super) const fn word(self) -> usize {
+        match self {
+            Self::Integer { .. } => 2,
+            Self::Real => 4,
+        }
+    }
+
+    /// Its name for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Integer { .. } => "integer",
+            Self::Real => "real",
+        }
+    }
+}
+
+/// Where and how the points are stored.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Layout {
+    pub storage: Storage,
+    pub points: usize,
+    pub frames: usize,
+    pub first_frame: i64,
+    pub rate_hz: f64,
+    pub data_at: usize,
+    pub frame_length: usize,
+    pub unit: LengthUnit,
+    pub unit_assumed: bool,
+}
+
+/// A count of frames and the field that gives it.
+#[derive(Clone, Copy)]
+struct Count {
+    frames: u64,
+    said_by: &'static str,
+}
+
+impl Layout {
+    /// Reads the 12 words of the header and the parameters that refine them.
+    pub fn read(source: &Source<'_>, parameters: &Parameters) -> Result<Self, C3dError> {
+        let word = |index: usize| source.u16(2 * (index - 1), "the header");
+        let header_float = |index: usize| source.f32(2 * (index - 1), "the header").map(shortest_decimal);
+        let points = match parameters.number("POINT:USED")? {
+            Some(used) => whole("POINT:USED", used)? as usize,
+            None => usize::from(word(2)?),
+        };
+        let scale = match parameters.number("POINT:SCALE")? {
+            Some(scale) if scale.is_finite() && scale != 0.0 => scale,
+            _ => header_float(7)?,
+        };
+        if points > 0 && (!scale.is_finite() || scale == 0.0) {
+            let what = "it must be positive (integer data) or negative (real data)";
+            return Err(C3dError::Value { name: "POINT:SCALE", value: scale.to_string(), what });
+        }
+        let storage = if scale > 0.0 { Storage::Integer { scale } } else { Storage::Real };
+        let rate_hz = match parameters.number("POINT:RATE")? {
+            Some(rate) if rate.is_finite() && rate > 0.0 => rate,
+            _ => header_float(11)?,
+        };
+        if !(rate_hz.is_finite() && rate_hz > 0.0) {
+            let what = "frames a second must be above 0, here and in the header";
+            return Err(C3dError::Value { name: "POINT:RATE", value: rate_hz.to_string(), what });
+        }
+        let (unit, unit_assumed) = unit(parameters)?;
+        let data_block = match (word(9)?, parameters.number("POINT:DATA_START")?) {
+            (0 | 1, Some(block)) => whole("POINT:DATA_START", block)? as usize,
+            (block, _) => usize::from(block),
+        };
+        if data_block < 2 {
+            let what = "frames cannot begin inside the header";
+            return Err(C3dError::Value { name: "POINT:DATA_START", value: data_block.to_string(), what });
+        }
+        let data_at = (data_block - 1) * BLOCK;
+
+        let first_frame = match field(parameters, "TRIAL:ACTUAL_START_FIELD")? {
+            Some(first) => first as i64,
+            None => i64::from(word(4)?),
+        };
+        let frame_lengths = frame_lengths(source, parameters, points, storage)?;
+        let counts = counts(source, parameters)?;
+        let (frames, frame_length) = fit(&counts, &frame_lengths, data_at, source.bytes.len())?;
+        Ok(Self { storage, points, frames, first_frame, rate_hz, data_at, frame_length, unit, unit_assumed })
+    }
+}
+
+fn unit(parameters: &Parameters) -> Result<(LengthUnit, bool), C3dError> {
+    let texts = parameters.texts("POINT:UNITS")?;
+    match texts.first().map(String::as_str) {
+        None | Some("") => Ok((LengthUnit::Millimetre, true)),
+        Some(text) => match LengthUnit::from_text(text) {
+            Some(unit) => Ok((unit, false)),
+            None => Err(C3dError::Unit { unit: text.to_owned() }),
+        },
+    }
+}
+
+/// A count that is stored as some number.
+fn whole(name: &'static str, number: f64) -> Result<u64, C3dError> {
+    if number.is_finite() && (0.0..=f64::from(u32::MAX)).contains(&number) {
+        Ok(number as u64)
+    } else {
+        Err(C3dError::Value { name, value: number.to_string(), what: "it must be a count" })
+    }
+}
+
+/// A frame number of the TRIAL group: one number, or the low and the high 16 bits of one.
+fn field(parameters: &Parameters, name: &'static str) -> Result<Option<u64>, C3dError> {
+    Ok(match parameters.numbers(name)? {
+        [] => None,
+        [one] => Some(whole(name, *one)?),
+        [low, high, ..] => Some(whole(name, *low)? + (whole(name, *high)? << 16)),
+    })
+}
+
+/// How long a frame may be in bytes, the likeliest first: 4 words a point, and the analog samples, whose number the
+/// header gives, or else ANALOG:USED times the ratio of ANALOG:RATE to POINT:RATE.
+fn frame_lengths(
+    source: &Source<'_>,
+    parameters: &Parameters,
+    points: usize,
+    storage: Storage,
+) -> Result<Vec<usize>, C3dError> {
+    let mut analog = vec![usize::from(source.u16(4, "the header")?)];
+    let used = parameters.number("ANALOG:USED")?.unwrap_or(0.0);
+    let rates = (parameters.number("ANALOG:RATE")?, parameters.number("POINT:RATE")?);
+    let samples = match rates {
+        (Some(analog), Some(points)) if points > 0.0 && analog > 0.0 => used * (analog / points).round(),
+        _ => used,
+    };
+    if (0.0..=65_535.0).contains(&samples) && !analog.contains(&(samples as usize)) {
+        analog.push(samples as usize);
+    }
+    Ok(analog.into_iter().map(|samples| (4 * points + samples) * storage.word()).collect())
+}
+
+/// How many frames there may be, the most trusted statement first.
+fn counts(source: &Source<'_>, parameters: &Parameters) -> Result<Vec<Count>, C3dError> {
+    let mut counts = Vec::new();
+    let start = field(parameters, "TRIAL:ACTUAL_START_FIELD")?;
+    let end = field(parameters, "TRIAL:ACTUAL_END_FIELD")?;
+    if let (Some(start), Some(end)) = (start, end)
+        && end >= start
+    {
+        counts.push(Count { frames: end - start + 1, said_by: "TRIAL:ACTUAL_END_FIELD" });
+    }
+    if let Some(long) = parameters.number("POINT:LONG_FRAMES")? {
+        counts.push(Count { frames: whole("POINT:LONG_FRAMES", long)?, said_by: "POINT:LONG_FRAMES" });
+    }
+    if let Some(frames) = parameters.number("POINT:FRAMES")? {
+        counts.push(Count { frames: whole("POINT:FRAMES", frames)?, said_by: "POINT:FRAMES" });
+    }
+    let (first, last) = (u64::from(source.u16(6, "the header")?), u64::from(source.u16(8, "the header")?));
+    counts.push(Count { frames: (last + 1).saturating_sub(first), said_by: "the header" });
+    Ok(counts)
+}
+
+/// The number and length of frames that fit the file.
+///
+/// The first statement holds where the file has room for it. Otherwise another one holds if it accounts for the file
+/// up to its last block: some writers leave one of these fields behind. What fits nothing was cut short.
+fn fit(counts: &[Count], lengths: &[usize], data_at: usize, have: usize) -> Result<(usize, usize), C3dError> {
+    let room = have.saturating_sub(data_at) as u64;
+    let needs = |count: &Count, length: usize| count.frames.saturating_mul(length as u64);
+    let (Some(first), Some(length)) = (counts.first(), lengths.first()) else { return Ok((0, 0)) };
+    if *length == 0 {
+        // Neither points nor analog samples: nothing is stored for any frame.
+        return Ok((0, 0));
+    }
+    if needs(first, *length) <= room {
+        if first.frames == CLIPPED && room - needs(first, *length) >= BLOCK as u64 {
+            let what = "the largest number it holds, and the file goes on; state the count in POINT:LONG_FRAMES";
+            return Err(C3dError::Value { name: first.said_by, value: CLIPPED.to_string(), what });
+        }
+        return Ok((first.frames as usize, *length));
+    }
+    for count in counts {
+        for length in lengths {
+            let need = needs(count, *length);
+            if need <= room && room - need < BLOCK as u64 && *length > 0 {
+                return Ok((count.frames as usize, *length));
+            }
+        }
+    }
+    let length = *length as u64;
+    let frame = room / length;
+    Err(C3dError::ShortFrames {
+        frame: frame + 1,
+        frames: first.frames,
+        source_of_count: first.said_by,
+        begins: data_at as u64 + frame * length,
+        length,
+        have,
+    })
+}

@@ -1,0 +1,92 @@
+//! Why bytes could not be read or written, and how readers reach companion files.
+//!
+//! Each format has its own error with its own facts; [`ReadError`] and [`WriteError`] are what all of them become
+//! at the border of the crate. None of them knows the name of the file: whoever handed the bytes over adds it.
+
+use crate::c3d::C3dError;
+use crate::csv::CsvError;
+use crate::gltf::GltfError;
+use face_math::data::DataError;
+
+/// Fetches a file that another one refers to, by the relative path that stands there.
+///
+/// Whoever calls a reader decides where that path leads and whether it may be followed.
+pub type Sibling<'a> = dyn FnMut(&str) -> std::io::Result<Vec<u8>> + 'a;
+
+/// For formats or files without companions: refuses each request.
+///
+/// # Errors
+/// Always.
+pub fn no_sibling(path: &str) -> std::io::Result<Vec<u8>> {
+    Err(std::io::Error::new(std::io::ErrorKind::NotFound, format!("no companion files are at hand, `{path}` neither")))
+}
+
+/// Why a file could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// A C3D file.
+    #[error("C3D: {0}")]
+    C3d(#[from] C3dError),
+    /// A glTF or GLB file.
+    #[error("glTF: {0}")]
+    Gltf(#[from] GltfError),
+    /// A table of comma-separated values.
+    #[error("CSV: {0}")]
+    Csv(#[from] CsvError),
+    /// What was read does not fit together.
+    #[error("{0}")]
+    Data(#[from] DataError),
+}
+
+/// Why a value could not be written in a format.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum WriteError {
+    /// The format has no room for a number this large (or small).
+    #[error("{format}: {what} is {value}, the format holds {low} to {high}")]
+    Range {
+        /// The format.
+        format: &'static str,
+        /// What is out of range.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// The smallest value the format holds.
+        low: f64,
+        /// The largest value the format holds.
+        high: f64,
+    },
+    /// A name that the format cannot hold.
+    #[error("{format}: the name `{name}` {problem}; rename it first")]
+    Name {
+        /// The format.
+        format: &'static str,
+        /// The name.
+        name: String,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// Two values that are written together do not fit.
+    #[error("{format}: {what}: {found} where {expected} are needed")]
+    Fit {
+        /// The format.
+        format: &'static str,
+        /// What does not fit.
+        what: &'static str,
+        /// How many there should be.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A value that is not a finite number.
+    #[error("{format}: {what} in frame {frame} is {value}, not a finite number; mend the curve before it is saved")]
+    NotFinite {
+        /// The format.
+        format: &'static str,
+        /// What holds the value.
+        what: String,
+        /// Number of the frame.
+        frame: i64,
+        /// The value.
+        value: f32,
+    },
+}
