@@ -1,6 +1,7 @@
 //! The shape of a network: how wide, how deep, where the conditions enter. `model` builds it, `network` evaluates it.
 
 use crate::error::TrainError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A fully-connected residual network as in section 8 and Fig. 4 of the FDLS supplement.
@@ -16,27 +17,31 @@ use serde::{Deserialize, Serialize};
 ///
 /// The conditions join the last block's output and pass one non-linear layer together with it, so that their effect is not
 /// merely added to the outputs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Architecture {
     /// Columns of the inputs; at least 1.
+    #[schemars(range(min = 1))]
     pub inputs: usize,
     /// Columns of the targets; at least 1.
+    #[schemars(range(min = 1))]
     pub outputs: usize,
     /// Nodes of every hidden layer; at least 1.
+    #[schemars(range(min = 1))]
     pub width: usize,
     /// Residual blocks of two layers each; may be 0.
     pub blocks: usize,
     /// Conditioning values that join the hidden layer after the blocks; 0 = none.
     pub conditions: usize,
     /// Chance of a hidden node inside a block to be silenced for one sample in training; 0 or more, below 1.
+    #[schemars(range(min = 0.0, max = 0.99))]
     pub dropout: f32,
     /// The non-linear function of the hidden layers.
     pub activation: Activation,
 }
 
 /// The non-linear function of a hidden node.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Activation {
     /// max(x, 0).
@@ -55,6 +60,9 @@ impl Activation {
         }
     }
 }
+
+/// Trained numbers of the largest network that may be built: 4 GiB, and 16 while it is trained.
+const MOST_PARAMETERS: usize = 1 << 30;
 
 /// One fully-connected layer: its place in the network and its size.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,6 +132,13 @@ impl Architecture {
                 return Err(TrainError::Setting { setting, value: value as f64, allowed: "1,048,576 or less" });
             }
         }
+        let hidden = self.blocks.saturating_mul(2).saturating_add(1).saturating_mul((self.width + 1) * self.width);
+        let edges = (self.inputs + 1) * self.width + self.conditions * self.width + (self.width + 1) * self.outputs;
+        let count = hidden.saturating_add(edges);
+        if count > MOST_PARAMETERS {
+            let (setting, value) = ("the number of parameters that the architecture makes", count as f64);
+            return Err(TrainError::Setting { setting, value, allowed: "1,073,741,824 or less; lower the width" });
+        }
         if !(0.0..1.0).contains(&self.dropout) {
             let value = f64::from(self.dropout);
             return Err(TrainError::Setting {
@@ -137,7 +152,6 @@ impl Architecture {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test ends at the first surprise")]
 mod tests {
     use super::*;
 
@@ -157,6 +171,8 @@ mod tests {
         assert!(none.to_string().contains("architecture.outputs is 0"), "{none}");
         let all = Architecture { dropout: 1.0, ..Architecture::new(3, 1, 8, 1) }.check().unwrap_err();
         assert!(all.to_string().contains("dropout"), "{all}");
+        let vast = Architecture::new(1 << 20, 1 << 20, 1 << 20, 1 << 20).check().unwrap_err();
+        assert!(vast.to_string().contains("number of parameters"), "{vast}");
         assert!(Architecture { dropout: f32::NAN, ..Architecture::new(3, 1, 8, 1) }.check().is_err());
     }
 }

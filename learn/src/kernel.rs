@@ -124,7 +124,6 @@ fn pair<S: Simd>(row: &[f32; COLUMNS], first: usize) -> [S::f32s; 2] {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test ends at the first surprise")]
 mod tests {
     use super::*;
     use crate::random::{Stream, Use};

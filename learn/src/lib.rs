@@ -10,12 +10,23 @@
 //!
 //! Everything is a function of its inputs and the seed. One network trains on one thread and gives the same bits whatever
 //! the size of the machine's thread pools; callers that train several networks run them in parallel.
+//!
+//! ```
+//! use learn::{Architecture, Matrix, Samples, Training, train};
+//!
+//! let inputs = Matrix::from_fn(64, 2, |row, column| (row * (column + 1)) as f32 / 64.0);
+//! let targets = Matrix::from_fn(64, 1, |row, _| (row as f32 / 64.0).powi(2));
+//! let training = Training { learning_rate: 1e-2, epochs: 50, batch: 16, ..Training::default() };
+//! let network = train(&Architecture::new(2, 1, 16, 1), &training, &Samples::new(&inputs, &targets), &())?;
+//! let found = network.predict(&inputs, None)?;
+//! assert!((found.row(32)[0] - 0.25).abs() < 0.05);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod architecture;
 mod checkpoint;
 mod error;
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 mod gradient_check;
 mod kernel;
 mod matrix;

@@ -125,7 +125,7 @@ impl Matrix {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test ends at the first surprise")]
+#[allow(clippy::float_cmp, reason = "the compared numbers are exact")]
 mod tests {
     use super::*;
 

@@ -79,7 +79,7 @@ impl Stream {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test ends at the first surprise")]
+#[allow(clippy::float_cmp, reason = "the compared numbers are exact")]
 mod tests {
     use super::*;
 

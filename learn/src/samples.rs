@@ -84,7 +84,6 @@ impl<'a> Samples<'a> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test ends at the first surprise")]
 mod tests {
     use super::*;
 

@@ -1,6 +1,7 @@
 //! How a network is trained: step sizes and how they change, batches, epochs, what is made small.
 
 use crate::error::TrainError;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -8,19 +9,23 @@ use std::f64::consts::PI;
 ///
 /// The optimiser is Adam (Kingma and Ba 2015) with beta1 = 0.9, beta2 = 0.999 and epsilon = 1e-8. The last batch of an
 /// epoch holds what is left; it may be smaller than the others.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Training {
     /// The step size of Adam where the schedule has its peak; positive.
+    #[schemars(range(min = 1e-12, max = 10.0))]
     pub learning_rate: f64,
     /// How the step size changes over the training.
     pub schedule: Schedule,
     /// The L2 coefficient w: w times each parameter is added to its gradient before Adam's moments are formed (coupled, as
     /// `weight_decay` of `PyTorch`'s Adam, not `AdamW`). It holds for weights and biases alike. 0 = none.
+    #[schemars(range(min = 0.0))]
     pub weight_decay: f64,
     /// Samples a step; at least 1.
+    #[schemars(range(min = 1))]
     pub batch: usize,
     /// How often every sample is seen; at least 1.
+    #[schemars(range(min = 1))]
     pub epochs: usize,
     /// Where all random numbers come from: initial weights, the order of samples, dropout.
     pub seed: u64,
@@ -30,6 +35,7 @@ pub struct Training {
     pub target_scale: TargetScale,
     /// The smallest scale of an input column, as a fraction of the root mean square of all columns' standard deviations.
     /// Columns that vary less than that are not blown up to unit variance. 0 or more.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub input_floor: f32,
 }
 
@@ -50,7 +56,7 @@ impl Default for Training {
 }
 
 /// How the step size changes from step to step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Schedule {
     /// It stays what it is.
@@ -59,32 +65,70 @@ pub enum Schedule {
     /// A straight rise, then half a cosine down.
     Cosine {
         /// The part of all steps that the rise takes; 0 or more, below 1.
+        #[serde(default = "usual::warm_up")]
         warm_up: f64,
         /// The step size at the end, as a fraction of the peak; 0 to 1.
+        #[serde(default = "usual::last")]
         last: f64,
     },
     /// Half a cosine up, half a cosine down to almost nothing (`OneCycleLR` of `PyTorch`; Smith and Topin 2018).
     OneCycle {
         /// The part of all steps that the rise takes; above 0 and below 1. `PyTorch`: 0.3.
+        #[serde(default = "usual::rise")]
         rise: f64,
         /// The first step size is the peak divided by this; 1 or more. `PyTorch`: 25.
+        #[serde(default = "usual::start_divisor")]
         start_divisor: f64,
         /// The last step size is the first divided by this; 1 or more. `PyTorch`: 10,000.
+        #[serde(default = "usual::end_divisor")]
         end_divisor: f64,
         /// Whether beta1 of Adam falls from 0.95 to 0.85 while the step size rises, and rises again while it falls.
+        #[serde(default = "usual::cycle_momentum")]
         cycle_momentum: bool,
     },
 }
 
+/// What the fields of a schedule are where they are left out.
+mod usual {
+    pub fn warm_up() -> f64 {
+        0.05
+    }
+    pub fn last() -> f64 {
+        0.01
+    }
+    pub fn rise() -> f64 {
+        0.3
+    }
+    pub fn start_divisor() -> f64 {
+        25.0
+    }
+    pub fn end_divisor() -> f64 {
+        1e4
+    }
+    pub fn cycle_momentum() -> bool {
+        true
+    }
+}
+
 impl Schedule {
+    /// A rise over the first twentieth of all steps, then half a cosine down to a hundredth of the peak.
+    pub fn cosine() -> Self {
+        Self::Cosine { warm_up: usual::warm_up(), last: usual::last() }
+    }
+
     /// One cycle with `PyTorch`'s settings.
     pub fn one_cycle() -> Self {
-        Self::OneCycle { rise: 0.3, start_divisor: 25.0, end_divisor: 1e4, cycle_momentum: true }
+        Self::OneCycle {
+            rise: usual::rise(),
+            start_divisor: usual::start_divisor(),
+            end_divisor: usual::end_divisor(),
+            cycle_momentum: usual::cycle_momentum(),
+        }
     }
 }
 
 /// What is made small, over all values of a batch. e is the difference of a standardised prediction and target.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Loss {
     /// The mean of e^2.
@@ -114,7 +158,7 @@ impl Loss {
 }
 
 /// What the columns of the targets are divided by.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TargetScale {
     /// One number for all: an error counts the same in every column, as in the plain regression loss of FDLS.
@@ -212,7 +256,6 @@ impl Training {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test ends at the first surprise")]
 mod tests {
     use super::*;
 
@@ -277,6 +320,15 @@ mod tests {
                 assert!((numeric - loss.of(difference).1).abs() < 1e-3, "{loss:?} at {difference}");
             }
         }
+    }
+
+    #[test]
+    fn fields_left_out_are_the_usual_ones() {
+        let read = |text: &str| serde_json::from_str::<Training>(text).unwrap();
+        assert_eq!(read("{}"), Training::default());
+        assert_eq!(read(r#"{"schedule":{"one_cycle":{}}}"#).schedule, Schedule::one_cycle());
+        assert_eq!(read(r#"{"schedule":{"cosine":{}}}"#).schedule, Schedule::cosine());
+        assert!(serde_json::from_str::<Training>(r#"{"epoch":3}"#).is_err(), "a misspelt field must not pass");
     }
 
     #[test]
