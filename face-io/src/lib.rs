@@ -5,12 +5,16 @@
 //! [`Sibling`]. One format a module:
 //!
 //! - [`c3d`]: markers, as motion capture systems write them.
+//! - [`curves`]: animation curves as tables, plain or of Live Link Face.
+//! - [`marker_csv`]: markers as tables.
 //! - [`gltf`]: rigs with morph targets, and animated heads to look at.
 
 pub mod c3d;
 mod csv;
+pub mod curves;
 mod error;
 pub mod gltf;
+pub mod marker_csv;
 mod units;
 
 pub use csv::CsvError;

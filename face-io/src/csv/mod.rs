@@ -1,0 +1,142 @@
+//! Tables of comma-separated values: what can be wrong with them, and how cells are written.
+//!
+//! Tolerant of a byte-order mark, either line end, `#` comment lines and quoted fields; strict about everything else,
+//! because a table that is guessed at animates a face wrongly without anyone noticing.
+
+mod table;
+
+pub(crate) use table::{Row, Table, column_error, text};
+
+/// Why text is not the table that was asked for. Lines and columns count from 1, columns in characters.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CsvError {
+    /// Nothing but blanks and comments.
+    #[error("the file holds no table; its first line must name the columns")]
+    Empty,
+    /// Column names, but no rows.
+    #[error("line {line}: column names, and no rows after them")]
+    NoRows {
+        /// Line of the names.
+        line: usize,
+    },
+    /// Bytes that are no UTF-8 text.
+    #[error("line {line}: byte {at} is not UTF-8 text; save the file as UTF-8")]
+    NotText {
+        /// The line.
+        line: usize,
+        /// Position of the byte in the file.
+        at: usize,
+    },
+    /// A quote that is not closed, or goes on after it was.
+    #[error("{line}:{column}: {problem}")]
+    Quote {
+        /// The line.
+        line: usize,
+        /// The column.
+        column: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A row of another width than the names.
+    #[error("line {line} has {found} cells, the names in line {names_line} are {expected}; the row is cut or damaged")]
+    Width {
+        /// The line.
+        line: usize,
+        /// Line of the names.
+        names_line: usize,
+        /// Number of names.
+        expected: usize,
+        /// Number of cells.
+        found: usize,
+    },
+    /// A blank line between rows.
+    #[error("line {line} is blank in the middle of the table; remove it")]
+    Blank {
+        /// The line.
+        line: usize,
+    },
+    /// A cell that should be a number.
+    #[error("{line}:{column}: `{text}` in column `{name}` is not {wanted}")]
+    Cell {
+        /// The line.
+        line: usize,
+        /// The column.
+        column: usize,
+        /// Name of the column.
+        name: String,
+        /// What stands there.
+        text: String,
+        /// What should stand there.
+        wanted: &'static str,
+    },
+    /// A frame number that does not follow the one before.
+    #[error("{line}:{column}: frame {found} follows frame {before}; frames must follow one another")]
+    Frame {
+        /// The line.
+        line: usize,
+        /// The column.
+        column: usize,
+        /// The frame before.
+        before: i64,
+        /// This frame.
+        found: i64,
+    },
+    /// A column name that is wrong.
+    #[error("{line}:{column}: column `{name}`: {problem}")]
+    Column {
+        /// The line.
+        line: usize,
+        /// The column.
+        column: usize,
+        /// The name.
+        name: String,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
+    /// A timecode that goes backwards.
+    #[error("line {line}: timecode {found} is earlier than {before} in the row before; put the rows in order of time")]
+    Backwards {
+        /// The line.
+        line: usize,
+        /// The timecode before.
+        before: String,
+        /// This timecode.
+        found: String,
+    },
+    /// A recording most of which is missing.
+    #[error(
+        "line {line}: {seconds} s pass before this row, and the rows are fewer than half of the frames between the \
+         first and the last; cut the file into one for each recording"
+    )]
+    Gap {
+        /// Line of the row after the longest gap.
+        line: usize,
+        /// Length of the longest gap in whole seconds.
+        seconds: u64,
+    },
+    /// A table whose rate is not known.
+    #[error(
+        "neither the file nor the caller says how many frames pass a second; state the rate where the file is loaded, \
+         or in the file with a line `# rate_hz: 60`"
+    )]
+    NoRate,
+    /// A comment that states an impossible rate.
+    #[error("line {line}: `{text}` states no rate in hertz above 0")]
+    Rate {
+        /// The line.
+        line: usize,
+        /// The comment.
+        text: String,
+    },
+}
+
+/// Appends a cell, quoted where it must be.
+pub(crate) fn push_cell(out: &mut String, text: &str) {
+    if text.contains(['"', ',', '\n', '\r', '#']) || text.trim() != text {
+        out.push('"');
+        out.push_str(&text.replace('"', "\"\""));
+        out.push('"');
+    } else {
+        out.push_str(text);
+    }
+}
