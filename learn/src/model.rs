@@ -3,12 +3,17 @@
 use crate::architecture::{Architecture, Layer, Role};
 use crate::network::Parameter;
 use crate::random::{Stream, Use};
+use crate::schedule::Step;
 use crate::tape::{self, Finish, Rows, Traced};
-use crate::training::{BETA2, EPSILON, Loss, Step};
+use crate::training::Loss;
 use dfdx::prelude::{AdamConfig, WeightDecay};
 use dfdx::shapes::HasShape;
 use dfdx::tensor::{Cache, Cpu, CpuError, Gradients, OwnedTape, PutTape, SplitTape, Storage, TensorFromVec, Trace};
 use dfdx::tensor_ops::Backward;
+
+/// Adam's second decay rate and the number that keeps it from dividing by 0.
+const BETA2: f64 = 0.999;
+const EPSILON: f64 = 1e-8;
 
 /// Numbers on dfdx's device.
 type Numbers = <Cpu as Storage<f32>>::Vec;
@@ -200,5 +205,64 @@ impl Model {
             adam.try_update(count, &mut trained.values, first, second, gradient)?;
         }
         Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// m = b1 m + (1 - b1) g, v = b2 v + (1 - b2) g^2, p -= rate (m / (1 - b1^t)) / (sqrt(v / (1 - b2^t)) + epsilon), with
+    /// g the gradient plus w p (Kingma and Ba 2015, algorithm 1, with the L2 term in the gradient).
+    #[test]
+    fn a_step_is_adam_with_coupled_decay() {
+        let architecture = Architecture::new(3, 2, 4, 1);
+        let parameters = initial_parameters(&architecture, 1);
+        let mut model = Model::new(&architecture, &parameters, None).unwrap();
+        let double = |values: &Vec<f32>| values.iter().map(|value| f64::from(*value)).collect::<Vec<_>>();
+        let mut values: Vec<Vec<f64>> = parameters.iter().map(|parameter| double(&parameter.values)).collect();
+        let mut moments: Vec<[Vec<f64>; 2]> =
+            values.iter().map(|own| [own, own].map(|own| vec![0.0; own.len()])).collect();
+        let (rate, beta1, decay) = (0.01, 0.9, 0.1);
+        for count in 1u8..=5 {
+            let inputs = vec![0.1 * f32::from(count), -0.7, 0.4, 0.9, 0.2, -0.3];
+            let part = Part { rows: 2, inputs, conditions: Vec::new(), targets: vec![1.0, -1.0, 0.5, 0.2] };
+            let (_, mut gradients) = model.accumulate(part, None, None, (Loss::MeanSquared, 0.25)).unwrap();
+            let found = model.gradients(&mut gradients).unwrap();
+            let step = Step { learning_rate: rate, beta1 };
+            assert!(model.update(&mut gradients, step, (count.into(), decay), || false).unwrap());
+            for ((own, [first, second]), gradient) in values.iter_mut().zip(&mut moments).zip(&found) {
+                for place in 0..own.len() {
+                    let g = f64::from(gradient[place]) + decay * own[place];
+                    first[place] = beta1 * first[place] + (1.0 - beta1) * g;
+                    second[place] = BETA2 * second[place] + (1.0 - BETA2) * g * g;
+                    let m = first[place] / (1.0 - beta1.powi(count.into()));
+                    let v = second[place] / (1.0 - BETA2.powi(count.into()));
+                    own[place] -= rate * m / (v.sqrt() + EPSILON);
+                }
+            }
+        }
+        for (parameter, expected) in model.parameters().iter().zip(&values) {
+            for (found, expected) in parameter.values.iter().zip(expected) {
+                assert!((f64::from(*found) - expected).abs() < 2e-5, "{} {found} {expected}", parameter.name);
+            }
+        }
+    }
+
+    #[test]
+    fn first_weights_have_the_variance_of_he() {
+        let parameters = initial_parameters(&Architecture::new(400, 10, 300, 2), 3);
+        let variance = |index: usize| {
+            let values = &parameters[index].values;
+            values.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>() / values.len() as f64
+        };
+        // Input, opening and closing layer of a block (of two), head, output; biases between.
+        for (index, expected) in
+            [(0, 2.0 / 400.0), (2, 2.0 / 300.0), (4, 1.0 / 300.0), (10, 2.0 / 300.0), (12, 1.0 / 300.0)]
+        {
+            let ratio = variance(index) / expected;
+            assert!((ratio - 1.0).abs() < 0.06, "{}: {ratio}", parameters[index].name);
+            assert!(parameters[index + 1].values.iter().all(|bias| *bias == 0.0));
+        }
     }
 }
