@@ -1,1 +1,25 @@
-//! (being written)
+//! From markers to channel weights and back: what the solving nodes compute.
+//!
+//! - [`graph_features`]: what the region networks see (section 4.3 of FDLS).
+//! - [`select_salient`]: which training samples are worth keeping (section 4.2).
+//! - [`align_anchors`]: moves a take's markers towards the puppet by anchor poses (section 4.4.2).
+//! - [`minimise`]: L-BFGS in a box, behind every fit.
+//! - [`finetune`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
+//! - [`marker_error`], [`weight_error`]: how far solves are off.
+
+mod align;
+mod curvature;
+mod features;
+mod finetune;
+mod measure;
+mod minimise;
+#[cfg(test)]
+mod minimise_tests;
+mod salience;
+
+pub use align::{AlignError, AlignOptions, Aligned, align_anchors};
+pub use features::{FeatureError, fdls_sets, feature_width, graph_features};
+pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};
+pub use measure::{MarkerError, MeasureError, WeightError, marker_error, weight_error};
+pub use minimise::{Metric, MinimiseError, MinimiseOptions, Minimum, Stop, minimise};
+pub use salience::{Salience, SalienceError, SalienceOptions, select_salient};
