@@ -1,0 +1,165 @@
+//! From a kind and parameters to a node: the parameters are held against the kind's schema, so that each mistake is
+//! reported at its place, and then handed to serde.
+
+mod check;
+mod choice;
+mod schema;
+
+#[cfg(test)]
+mod tests;
+
+use super::nearest::nearest_or_all;
+use super::scope::{GivenParam, Resolved, Written};
+use super::{Diagnostic, Literal, Source, Spanned};
+use crate::node::{Node, kinds};
+use check::{Checker, Part};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::sync::{Arc, LazyLock};
+
+/// The schema of every kind's parameters.
+static SCHEMAS: LazyLock<BTreeMap<&'static str, Value>> =
+    LazyLock::new(|| kinds().map(|(name, kind)| (name, kind.schema())).collect());
+
+/// Makes a node of the kind `kind_name`, which stands in `source`, with the parameters `with`. Parameters that are not
+/// given take their defaults.
+///
+/// # Errors
+/// Every mistake: an unknown kind, unknown parameters, values of a wrong type or out of range, unknown variants,
+/// missing parameters.
+pub fn build_node(
+    kind_name: &Spanned<String>,
+    with: &BTreeMap<String, GivenParam<'_>>,
+    source: &Arc<Source>,
+) -> Result<Box<dyn Node>, Vec<Diagnostic>> {
+    let name = kind_name.value.as_str();
+    let Some(schema) = SCHEMAS.get(name) else {
+        let help = super::did_you_mean(name, kinds().map(|(name, _)| name)).map_or_else(
+            || "`grimace nodes` lists all kinds".to_owned(),
+            |near| format!("did you mean `{near}`? `grimace nodes` lists all kinds"),
+        );
+        let mistake = Diagnostic::at("unknown-kind", source, kind_name.span, format!("there is no node kind `{name}`"));
+        return Err(vec![mistake.help(help)]);
+    };
+    let mut checker = Checker::new(schema, source);
+    let parameters = parameters(&mut checker, kind_name, with);
+    if !checker.mistakes.is_empty() {
+        return Err(checker.mistakes);
+    }
+    make(name, parameters.clone()).map_err(|error| vec![residual(&error, kind_name, with, &parameters, source)])
+}
+
+fn make(kind: &str, parameters: Map<String, Value>) -> Result<Box<dyn Node>, serde_json::Error> {
+    serde_json::from_value(json!({ kind: parameters }))
+}
+
+/// Checks all parameters and gives them as JSON.
+fn parameters(
+    checker: &mut Checker<'_>,
+    kind: &Spanned<String>,
+    with: &BTreeMap<String, GivenParam<'_>>,
+) -> Map<String, Value> {
+    let schema = checker.root();
+    let known = schema.properties();
+    let mut values = Map::new();
+    for (name, given) in with {
+        let (key, written, set) = match given.written {
+            Written::Graph(param) => (param.name_span, Some(&param.value), None),
+            Written::CommandLine(text) => (kind.span, None, Some(text)),
+        };
+        checker.command_line = set.map(str::to_owned);
+        if let Some((_, property)) = known.iter().find(|(known, _)| known == name) {
+            let span = written.map_or(key, |value| value.span);
+            let part = Part { value: &given.value, written, span };
+            let value = checker.check(*property, &part, name);
+            values.insert(name.clone(), value);
+        } else {
+            let names = known.iter().map(|(name, _)| *name);
+            let help = nearest_or_all("parameters", name, names)
+                .unwrap_or_else(|| format!("`{}` takes no parameters", kind.value));
+            checker.report("unknown-parameter", key, format!("`{}` has no parameter `{name}`", kind.value)).help =
+                Some(help);
+        }
+    }
+    checker.command_line = None;
+    for name in schema.required().filter(|name| !with.contains_key(*name)) {
+        let expected = known.iter().find(|(known, _)| *known == name).map(|(_, property)| property.expected(name));
+        let message = format!("`{}` needs the parameter `{name}`", kind.value);
+        let mistake = checker.report("missing-parameter", kind.span, message);
+        mistake.help = Some(match expected {
+            Some(expected) => format!("add `{name}` to `with`: {expected}"),
+            None => format!("add `{name}` to `with`"),
+        });
+    }
+    values
+}
+
+/// What serde found wrong that the schema does not say, at the parameter that is wrong by itself, where one is.
+fn residual(
+    error: &serde_json::Error,
+    kind: &Spanned<String>,
+    with: &BTreeMap<String, GivenParam<'_>>,
+    values: &Map<String, Value>,
+    source: &Arc<Source>,
+) -> Diagnostic {
+    for (name, value) in values {
+        let alone = Map::from_iter([(name.clone(), value.clone())]);
+        let Err(error) = make(&kind.value, alone) else { continue };
+        let message = format!("parameter `{name}`: {error}");
+        match with.get(name).map(|given| given.written) {
+            Some(Written::Graph(param)) if !error.to_string().contains("missing field") => {
+                return Diagnostic::at("bad-parameter", source, param.value.span, message);
+            }
+            Some(Written::CommandLine(text)) => {
+                return Diagnostic::new("bad-parameter", format!("`--set {text}`: {message}"));
+            }
+            _ => {}
+        }
+    }
+    let message = format!("the parameters of `{}` do not fit: {error}", kind.value);
+    Diagnostic::at("bad-parameter", source, kind.span, message)
+}
+
+/// Whether the parameter `name` of `kind` takes `value`, as read from a command line, as plain text all the same.
+pub(super) fn takes_text(kind: &str, name: &str, value: &Literal) -> bool {
+    let Some(schema) = SCHEMAS.get(kind).map(schema::Schema::root) else { return false };
+    let property = schema.properties().into_iter().find(|(known, _)| *known == name);
+    property.is_some_and(|(_, property)| {
+        let allows = |name| property.allows(name);
+        let nothing = allows("null") && *value == Literal::Nothing;
+        allows("string") && !nothing && !["number", "integer", "boolean", "array", "object"].into_iter().any(allows)
+    })
+}
+
+/// The parameters of `node` as canonical JSON: maps in the order of their keys, floats in their shortest form,
+/// defaults included. Those named in `skip` (files, whose content counts instead) are left out.
+///
+/// # Panics
+/// Never for nodes whose parameters are a struct, as all kinds' are.
+pub fn canonical_parameters(node: &dyn Node, skip: &[&str]) -> BTreeMap<String, String> {
+    let tagged = serde_json::to_value(node).unwrap_or_default();
+    let Some(Value::Object(parameters)) = tagged.get(node.typetag_name()) else { return BTreeMap::new() };
+    let counted = parameters.iter().filter(|(name, _)| !skip.contains(&name.as_str()));
+    counted.map(|(name, value)| (name.clone(), canonical(value))).collect()
+}
+
+fn canonical(value: &Value) -> String {
+    match value {
+        Value::Array(items) => {
+            let items: Vec<_> = items.iter().map(canonical).collect();
+            format!("[{}]", items.join(","))
+        }
+        Value::Object(entries) => {
+            let sorted: BTreeMap<_, _> = entries.iter().collect();
+            let entry =
+                |(name, value): (&String, &Value)| format!("{}:{}", Value::from(name.as_str()), canonical(value));
+            format!("{{{}}}", sorted.into_iter().map(entry).collect::<Vec<_>>().join(","))
+        }
+        plain => plain.to_string(),
+    }
+}
+
+/// The value as a message shows it.
+fn found(value: &Resolved) -> String {
+    value.shown()
+}

@@ -1,0 +1,171 @@
+//! From RON text to a [`Graph`], with every mistake reported in one pass. Whether kinds, ports and parameters exist
+//! is checked later, where they are known.
+
+mod entry;
+mod fields;
+
+#[cfg(test)]
+mod tests;
+
+use super::ron::parse;
+use super::{Diagnostic, Entry, Graph, GraphInput, Literal, Source, Span, Spanned};
+use fields::Fields;
+pub(super) use fields::shown;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The version of the graph language that this program reads.
+const VERSION: i64 = 1;
+const GRAPH_FIELDS: [&str; 6] = ["grimace", "doc", "params", "inputs", "outputs", "nodes"];
+
+/// Reads a graph file's text. The graph holds whatever could be understood; it is `None` where that is nothing.
+pub fn read(source: Arc<Source>) -> (Option<Graph>, Vec<Diagnostic>) {
+    let parsed = parse(&source.text);
+    let sound = parsed.errors.is_empty();
+    let mistakes = parsed.errors.into_iter().map(|error| {
+        Diagnostic::at("syntax", &source, error.span, error.message).label(error.label).may_help(error.help)
+    });
+    let mut reader = Reader { mistakes: mistakes.collect(), source, sound };
+    let graph = parsed.value.and_then(|value| reader.graph(value));
+    if graph.is_none() && reader.mistakes.is_empty() {
+        let span = Span { start: 0, end: 0 };
+        reader.report("syntax", span, "the file is empty").help = Some(EXAMPLE.to_owned());
+    }
+    reader.mistakes.sort_by_key(|mistake| mistake.place.as_ref().map(|(place, _)| place.span));
+    (graph, reader.mistakes)
+}
+
+const EXAMPLE: &str = "a graph looks like ( grimace: 1, nodes: { \"head\": (kind: \"sample_actor\") } )";
+
+/// Collects the mistakes of one file.
+struct Reader {
+    source: Arc<Source>,
+    mistakes: Vec<Diagnostic>,
+    /// Whether the text itself is sound RON; where it is not, nothing is called missing.
+    sound: bool,
+}
+
+impl Reader {
+    fn report(&mut self, code: &'static str, span: Span, message: impl Into<String>) -> &mut Diagnostic {
+        let index = self.mistakes.len();
+        self.mistakes.push(Diagnostic::at(code, &self.source, span, message));
+        &mut self.mistakes[index]
+    }
+
+    fn missing(&mut self, span: Span, message: &str, help: &str) {
+        if self.sound {
+            let first = Span { start: span.start, end: span.end.min(span.start + 1) };
+            self.report("missing-field", first, message).help = Some(help.to_owned());
+        }
+    }
+
+    fn graph(&mut self, value: Spanned<Literal>) -> Option<Graph> {
+        let span = value.span;
+        let found = shown(&value.value);
+        let Some(mut fields) = self.fields(value, "the graph", &GRAPH_FIELDS) else {
+            let help = format!("found {found}; {EXAMPLE}");
+            if let Some(mistake) = self.mistakes.last_mut() {
+                mistake.help = Some(help);
+            }
+            return None;
+        };
+        if let Some((_, version)) = fields.take("grimace") {
+            self.version(&version);
+        }
+        let doc = fields.take("doc").and_then(|(_, doc)| self.text(doc, "`doc`")).map(|doc| doc.value);
+        let params = self.params(&mut fields);
+        let inputs = self.inputs(&mut fields);
+        let outputs = self.outputs(&mut fields);
+        let nodes = match fields.take("nodes") {
+            Some((_, nodes)) => self.nodes(nodes),
+            None => {
+                self.missing(span, "the graph has no `nodes`", "add `nodes: { … }`, or `nodes: {}` for none");
+                BTreeMap::new()
+            }
+        };
+        Some(Graph { source: Arc::clone(&self.source), doc, params, inputs, outputs, nodes })
+    }
+
+    fn version(&mut self, version: &Spanned<Literal>) {
+        if version.value == Literal::Integer(VERSION) {
+            return;
+        }
+        let found = shown(&version.value);
+        let help = match version.value {
+            Literal::Integer(newer) if newer > VERSION => "update grimace, or write the graph for version 1",
+            _ => "write `grimace: 1`",
+        };
+        let message = format!("this program reads version {VERSION} of the graph language, found {found}");
+        self.report("unsupported-version", version.span, message).help = Some(help.to_owned());
+    }
+
+    fn params(&mut self, fields: &mut Fields) -> BTreeMap<String, Spanned<Literal>> {
+        let Some((_, params)) = fields.take("params") else { return BTreeMap::new() };
+        let entries = self.entries(params, "`params`", "parameter");
+        let mut known = BTreeMap::new();
+        for (name, value) in entries {
+            if name.value.is_empty() || name.value.contains(['}', '{', '.', '=']) || name.value.starts_with("ENV:") {
+                let message = format!("`{}` cannot name a parameter", name.value);
+                self.report("bad-name", name.span, message).help = Some("use letters, digits, `_` and `-`".to_owned());
+            }
+            self.repeated_keys(&value);
+            known.insert(name.value, value);
+        }
+        known
+    }
+
+    fn inputs(&mut self, fields: &mut Fields) -> BTreeMap<String, GraphInput> {
+        let Some((_, inputs)) = fields.take("inputs") else { return BTreeMap::new() };
+        let mut known = BTreeMap::new();
+        for (name, value) in self.entries(inputs, "`inputs`", "input") {
+            let Some(text) = self.text(value, &format!("the type of input `{}`", name.value)) else { continue };
+            if let Some(input) = graph_input(&text) {
+                known.insert(name.value, input);
+            } else {
+                let message = format!("`{}` is not a type", text.value);
+                self.report("bad-type", text.span, message).help =
+                    Some("write \"Markers\", \"[Markers]\" for a list, \"Markers?\" where it may be left open".into());
+            }
+        }
+        known
+    }
+
+    fn outputs(&mut self, fields: &mut Fields) -> BTreeMap<String, Spanned<String>> {
+        let Some((_, outputs)) = fields.take("outputs") else { return BTreeMap::new() };
+        let mut known = BTreeMap::new();
+        for (name, value) in self.entries(outputs, "`outputs`", "output") {
+            if let Some(from) = self.text(value, &format!("output `{}`", name.value)) {
+                known.insert(name.value, from);
+            }
+        }
+        known
+    }
+
+    fn nodes(&mut self, nodes: Spanned<Literal>) -> BTreeMap<String, Entry> {
+        let mut known = BTreeMap::new();
+        for (name, value) in self.entries(nodes, "`nodes`", "node") {
+            let reserved = |c: char| c.is_whitespace() || c.is_control() || "./@,:={}$\"'*?[]#".contains(c);
+            if name.value.is_empty() || name.value.contains(reserved) {
+                let message = format!("`{}` cannot name a node", name.value);
+                self.report("bad-name", name.span, message).help =
+                    Some("use letters, digits, `_` and `-`; `.` goes before ports and `/` before nested nodes".into());
+            }
+            if let Some(entry) = self.entry(&name, value) {
+                known.insert(name.value, entry);
+            }
+        }
+        known
+    }
+}
+
+/// `Markers`, `[Markers]`, `Markers?`, `[Markers]?`.
+fn graph_input(text: &Spanned<String>) -> Option<GraphInput> {
+    let written = text.value.trim();
+    let (written, optional) = written.strip_suffix('?').map_or((written, false), |rest| (rest.trim_end(), true));
+    let (name, list) = match written.strip_prefix('[') {
+        Some(rest) => (rest.strip_suffix(']')?.trim(), true),
+        None => (written, false),
+    };
+    let is_name = name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    is_name.then(|| GraphInput { span: text.span, type_name: name.to_owned(), list, optional })
+}

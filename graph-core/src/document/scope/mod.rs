@@ -1,0 +1,154 @@
+//! What `${…}` stands for in one use of a graph file: its parameters as given from outside, or their defaults.
+
+mod overrides;
+mod parameters;
+mod resolved;
+mod substitute;
+
+#[cfg(test)]
+mod tests;
+
+pub use overrides::{Override, apply_overrides};
+pub use parameters::{GivenParam, NodeParameters, Written, node_parameters};
+pub use resolved::Resolved;
+pub use substitute::{resolve, resolve_name};
+
+use super::nearest::nearest_or_all;
+use super::{Diagnostic, Entry, Graph, Source, Span};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The values that texts of one graph file may refer to.
+#[derive(Debug, Clone)]
+pub struct Scope {
+    /// The file whose texts are resolved; `None` for texts of the command line.
+    source: Option<Arc<Source>>,
+    /// Values by parameter; `None` for a parameter whose own mistakes have been reported.
+    values: BTreeMap<String, Option<Resolved>>,
+    environment: Arc<BTreeMap<String, String>>,
+}
+
+impl Scope {
+    /// The scope of texts on the command line: no parameters, and paths relative to the working folder.
+    fn command_line(environment: &Arc<BTreeMap<String, String>>) -> Self {
+        Self { source: None, values: BTreeMap::new(), environment: Arc::clone(environment) }
+    }
+
+    /// The scope of `graph` with the values `given` from outside in place of the defaults.
+    fn open(
+        graph: &Graph,
+        given: BTreeMap<String, Option<Resolved>>,
+        environment: &Arc<BTreeMap<String, String>>,
+    ) -> (Self, Vec<Diagnostic>) {
+        let mut scope =
+            Self { source: Some(Arc::clone(&graph.source)), values: given, environment: Arc::clone(environment) };
+        let mut mistakes = Vec::new();
+        let mut waiting: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for (name, default) in graph.params.iter().filter(|(name, _)| !scope.values.contains_key(*name)) {
+            let mut needs = BTreeSet::new();
+            substitute::references(&default.value, &mut needs);
+            waiting.insert(name, needs);
+        }
+        // A default may refer to other parameters; each is filled in after those it needs.
+        while !waiting.is_empty() {
+            let is_ready = |needs: &BTreeSet<&str>| !needs.iter().any(|name| waiting.contains_key(name));
+            let ready: Vec<&str> = waiting.iter().filter(|(_, needs)| is_ready(needs)).map(|(name, _)| *name).collect();
+            if ready.is_empty() {
+                scope.report_circle(graph, &waiting, &mut mistakes);
+                break;
+            }
+            for name in ready {
+                waiting.remove(name);
+                let value = resolve(&graph.params[name], &scope).map_err(|more| mistakes.extend(more)).ok();
+                scope.values.insert(name.to_owned(), value);
+            }
+        }
+        (scope, mistakes)
+    }
+
+    fn report_circle(
+        &mut self,
+        graph: &Graph,
+        waiting: &BTreeMap<&str, BTreeSet<&str>>,
+        mistakes: &mut Vec<Diagnostic>,
+    ) {
+        self.values.extend(waiting.keys().map(|name| ((*name).to_owned(), None)));
+        let Some(first) = waiting.keys().next() else { return };
+        let mut walk = vec![*first];
+        while let Some(next) = waiting[walk[walk.len() - 1]].iter().find(|name| waiting.contains_key(*name)) {
+            let seen = walk.iter().position(|name| name == next);
+            walk.push(next);
+            if let Some(start) = seen {
+                walk.drain(..start);
+                break;
+            }
+        }
+        let message = format!("parameters refer to each other in a circle: {}", walk.join(" → "));
+        let span = graph.params[walk[0]].span;
+        mistakes.push(self.mistake("parameter-cycle", Some(span), message).help("give one of them a plain value"));
+    }
+
+    /// The scope of `graph` where `entry` of the file `source` nests it; `outer` is the scope of that file.
+    /// `overrides` for the node called `path` through all nesting stand above what the entry says.
+    ///
+    /// The mistakes are of the outer file (a parameter that the nested graph has not) and of the nested one.
+    pub fn nested(
+        graph: &Graph,
+        entry: &Entry,
+        source: &Arc<Source>,
+        outer: &Self,
+        overrides: &[Override],
+        path: &str,
+    ) -> (Self, Vec<Diagnostic>) {
+        let mut mistakes = Vec::new();
+        let mut given = BTreeMap::new();
+        for (name, param) in &entry.with {
+            if !graph.params.contains_key(name) {
+                let help = nearest_or_all("parameters", name, graph.params.keys().map(String::as_str));
+                let message = format!("`{}` has no parameter `{name}`", graph.source.path.display());
+                mistakes.push(Diagnostic::at("unknown-parameter", source, param.name_span, message).may_help(help));
+                continue;
+            }
+            let value = resolve(&param.value, outer).map_err(|more| mistakes.extend(more)).ok();
+            given.insert(name.clone(), value);
+        }
+        overrides::set_parameters(graph, overrides, path, &outer.environment, &mut given, &mut mistakes);
+        let (scope, more) = Self::open(graph, given, &outer.environment);
+        mistakes.extend(more);
+        (scope, mistakes)
+    }
+
+    /// The folder that relative paths of this file start from.
+    fn folder(&self) -> PathBuf {
+        self.source.as_ref().map(|source| source.folder().to_owned()).unwrap_or_default()
+    }
+
+    /// Where the bytes `part` of the text of a string stand, whose literal is at `span`.
+    fn within(&self, span: Span, part: &Range<usize>) -> Option<Span> {
+        let source = self.source.as_ref()?;
+        let written = source.text.get(span.start..span.end)?;
+        let quote = written.find('"')? + 1;
+        // Where escapes come before the part, it stands elsewhere; then the whole string is shown.
+        let plain = !written[quote..].contains('\\') || written.starts_with('r');
+        let place = Span { start: span.start + quote + part.start, end: span.start + quote + part.end };
+        Some(if plain && place.end < span.end && source.text.is_char_boundary(place.start) { place } else { span })
+    }
+
+    /// A mistake at `span` of this file, or of the command line.
+    fn mistake(&self, code: &'static str, span: Option<Span>, message: String) -> Diagnostic {
+        match (&self.source, span) {
+            (Some(source), Some(span)) => Diagnostic::at(code, source, span, message),
+            _ => Diagnostic::new(code, message),
+        }
+    }
+}
+
+/// The environment of this process, as far as it is text.
+fn process_environment() -> Arc<BTreeMap<String, String>> {
+    let text = |(name, value): (std::ffi::OsString, std::ffi::OsString)| {
+        Some((name.into_string().ok()?, value.into_string().ok()?))
+    };
+    Arc::new(std::env::vars_os().filter_map(text).collect())
+}
