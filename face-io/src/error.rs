@@ -7,6 +7,7 @@ use crate::c3d::C3dError;
 use crate::csv::CsvError;
 use crate::gltf::GltfError;
 use face_math::data::DataError;
+use face_math::rig::RigError;
 
 /// Fetches a file that another one refers to, by the relative path that stands there.
 ///
@@ -41,6 +42,12 @@ pub enum ReadError {
 /// Why a value could not be written in a format.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WriteError {
+    /// What is written together does not fit.
+    #[error("{0}")]
+    Data(#[from] DataError),
+    /// The rig cannot be posed.
+    #[error("{0}")]
+    Rig(#[from] RigError),
     /// The format has no room for a number this large (or small).
     #[error("{format}: {what} is {value}, the format holds {low} to {high}")]
     Range {

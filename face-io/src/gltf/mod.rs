@@ -10,9 +10,11 @@ mod primitive;
 mod scene;
 mod shapes;
 mod skin;
+mod write;
 
 pub use container::detect;
 pub use error::GltfError;
+pub use write::{write, write_animation};
 
 use crate::{ReadError, Sibling};
 use container::File;

@@ -1,0 +1,208 @@
+//! Written GLB files: they read back as the same rig, and pose the vertices that the rig itself poses.
+//!
+//! With `GRIMACE_KEEP=folder` the files are kept there, to be looked at or given to the Khronos validator.
+#![allow(clippy::unwrap_used, reason = "tests may panic")]
+
+mod common;
+
+use common::{bytes, data, siblings};
+use face_io::{curves, gltf, no_sibling};
+use face_math::data::{Curves, Driver, JawMotion, JawSkin, Part, Rig, Shape};
+use face_math::rig::Puppet;
+use glam::{Quat, Vec3};
+use serde_json::{Value, json};
+use wire::FrameAxis;
+
+fn keep(name: &str, bytes: &[u8]) {
+    if let Some(folder) = std::env::var_os("GRIMACE_KEEP") {
+        std::fs::write(std::path::Path::new(&folder).join(name), bytes).unwrap();
+    }
+}
+
+/// A sheet of 3 × 3 vertices in two parts, with a channel, an in-between and a combination.
+fn sheet() -> Rig {
+    let grid = |z: f32| (0..9).map(move |i| Vec3::new((i % 3) as f32 * 0.01, (i / 3) as f32 * 0.01, z));
+    let triangles = |first: u32| {
+        [0, 1, 3, 4].into_iter().flat_map(move |c| {
+            let c = c + first;
+            [[c, c + 1, c + 4], [c, c + 4, c + 3]]
+        })
+    };
+    let part = |name: &str, first: u32| Part {
+        name: name.into(),
+        vertices: first..first + 9,
+        triangles: triangles(first).collect(),
+        uvs: if first == 0 { vec![[0.25, 0.75]; 9] } else { Vec::new() },
+        colour: [0.8, 0.5, first as f32 / 9.0],
+    };
+    let shape = |name: &str, driver, vertices: Vec<u32>| Shape {
+        name: name.into(),
+        driver,
+        deltas: vertices.iter().map(|v| Vec3::new(1e-3, -2e-3, *v as f32 * 1e-4)).collect(),
+        vertices,
+    };
+    Rig {
+        name: "sheet".into(),
+        parts: vec![part("skin", 0), part("teeth", 9)],
+        neutral: grid(0.0).chain(grid(-0.02)).collect(),
+        channels: vec!["open".into(), "smile".into()],
+        shapes: vec![
+            shape("open", Driver::Channel(0), (0..18).collect()),
+            shape("smile", Driver::Channel(1), vec![2]),
+            shape("open@0.5", Driver::InBetween { channel: 0, peak: 0.5 }, vec![1, 12]),
+            shape("open+smile", Driver::Combination(vec![0, 1]), vec![8, 9]),
+        ],
+        skin: Vec::new(),
+        jaw_pivot_m: None,
+        jaw: None,
+    }
+}
+
+/// Gives a rig a jaw that its first channel opens and its second pushes.
+fn with_jaw(mut rig: Rig, weights: Vec<f32>, pivot: Vec3, shapes: [u32; 2]) -> Rig {
+    let motion = |shape, euler_rad, translation_m| JawMotion { shape, euler_rad, translation_m };
+    rig.skin.clone_from(&weights);
+    rig.jaw_pivot_m = Some(pivot);
+    rig.jaw = Some(JawSkin {
+        weights,
+        motions: vec![
+            motion(shapes[0], Vec3::new(0.4, 0.02, -0.01), Vec3::new(0.0, -2e-3, -1e-3)),
+            motion(shapes[1], Vec3::new(-0.05, 0.1, 0.03), Vec3::new(1e-3, 0.0, 4e-3)),
+        ],
+    });
+    rig
+}
+
+fn ramp(rig: &Rig, frames: usize) -> Curves {
+    let count = rig.channels.len();
+    let values = (0..frames * count).map(|i| ((i % (count + 3)) as f32 / (count + 3) as f32).powi(2)).collect();
+    Curves::new(FrameAxis { first: 5, count: frames, rate_hz: 60.0 }, rig.channels.clone(), values).unwrap()
+}
+
+/// The numbers of a dense accessor of floats.
+fn floats(file: &Value, bin: &[u8], accessor: &Value) -> Vec<f32> {
+    let accessor = &file["accessors"][accessor.as_u64().unwrap() as usize];
+    let view = &file["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+    let at = view["byteOffset"].as_u64().unwrap() as usize;
+    let bytes = &bin[at..at + view["byteLength"].as_u64().unwrap() as usize];
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+/// Plays a written file as a viewer would, and compares all vertices with those that the rig poses itself, in metres.
+fn plays_as(rig: &Rig, curves: &Curves, bytes: &[u8]) -> f32 {
+    let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]) as usize;
+    assert_eq!((word(4), word(8)), (2, bytes.len()));
+    let file: Value = serde_json::from_slice(&bytes[20..20 + word(12)]).unwrap();
+    let bin = &bytes[28 + word(12)..];
+    let animation = &file["animations"][0];
+    let track = |path: &str| {
+        let channels = animation["channels"].as_array().unwrap();
+        let channel = channels.iter().find(|channel| channel["target"]["path"] == path)?;
+        let sampler = &animation["samplers"][channel["sampler"].as_u64().unwrap() as usize];
+        Some((floats(&file, bin, &sampler["input"]), floats(&file, bin, &sampler["output"])))
+    };
+    let (times, weights) = track("weights").unwrap();
+    assert_eq!(times.len(), curves.frames());
+    assert!(times.iter().enumerate().all(|(i, t)| (f64::from(*t) - i as f64 / 60.0).abs() < 1e-5));
+    let stored = gltf::read(bytes, &rig.name, &mut no_sibling).unwrap();
+    assert_eq!(stored.neutral, rig.neutral);
+    let pivot = stored.jaw_pivot_m.unwrap_or_default();
+    let puppet = Puppet::new(rig).unwrap();
+    let mut worst = 0.0_f32;
+    for frame in 0..curves.frames() {
+        let mut points = stored.neutral.clone();
+        for (shape, weight) in stored.shapes.iter().zip(&weights[frame * stored.shapes.len()..]) {
+            for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
+                points[*vertex as usize] += *weight * *delta;
+            }
+        }
+        if let (Some((_, rotations)), Some((_, translations))) = (track("rotation"), track("translation")) {
+            let rotation = Quat::from_slice(&rotations[4 * frame..]);
+            let translation = Vec3::from_slice(&translations[3 * frame..]);
+            for (point, share) in points.iter_mut().zip(&stored.skin) {
+                let jaw = rotation * (*point - pivot) + translation;
+                *point = point.lerp(jaw, *share);
+            }
+        }
+        let expected = puppet.vertices(curves.frame(frame)).unwrap();
+        worst = points.iter().zip(&expected).map(|(a, b)| a.distance(*b)).fold(worst, f32::max);
+    }
+    worst
+}
+
+#[test]
+fn a_rig_at_rest_reads_back_the_same() {
+    let rig = sheet();
+    let file = gltf::write(&rig, &json!({ "graph": "test" })).unwrap();
+    keep("sheet.glb", &file);
+    assert_eq!(gltf::read(&file, "sheet", &mut no_sibling).unwrap(), rig);
+    let jawed = with_jaw(rig, (0..18_u8).map(|v| f32::from(v) / 17.0).collect(), Vec3::new(0.0, 0.01, -0.01), [0, 1]);
+    let again = gltf::read(&gltf::write(&jawed, &Value::Null).unwrap(), "sheet", &mut no_sibling).unwrap();
+    assert!(again.skin.iter().zip(&jawed.skin).all(|(a, b)| (a - b).abs() < 1e-6));
+    assert_eq!(again.jaw_pivot_m, jawed.jaw_pivot_m);
+    assert_eq!(again.shapes, jawed.shapes);
+}
+
+#[test]
+fn animated_files_play_what_the_rig_poses() {
+    let plain = sheet();
+    let weights = (0..18_u8).map(|v| f32::from(v) / 17.0).collect();
+    let jawed = with_jaw(plain.clone(), weights, Vec3::new(0.0, 0.01, -0.01), [0, 3]);
+    for (name, rig) in [("sheet_plays.glb", plain), ("sheet_jaw_plays.glb", jawed)] {
+        let curves = ramp(&rig, 40);
+        let file = gltf::write_animation(&rig, &curves, &json!({ "inputs": ["a", "b"] })).unwrap();
+        keep(name, &file);
+        let worst = plays_as(&rig, &curves, &file);
+        assert!(worst < 1e-8, "{worst} m");
+    }
+}
+
+#[test]
+fn real_heads_play_what_they_pose() {
+    let Some(data) = data() else { return };
+    let head = data.join("actors/ict_actor_a/ict_actor_a.glb");
+    let rig = gltf::read(&bytes(head), "ict_actor_a", &mut no_sibling).unwrap();
+    let truth = curves::read(&bytes(data.join("actors/ict_actor_a/truth/day1_161.csv")), Some(60.0)).unwrap();
+    let count = truth.channels().len();
+    let part = Curves::new(
+        FrameAxis { first: 0, count: 30, rate_hz: 60.0 },
+        truth.channels().to_vec(),
+        truth.values()[300 * count..330 * count].to_vec(),
+    )
+    .unwrap();
+    let shape = |name: &str| rig.shapes.iter().position(|shape| shape.name == name).unwrap() as u32;
+    let shapes = [shape("jawOpen"), shape("jawForward")];
+    let (skin, pivot) = (rig.skin.clone(), rig.jaw_pivot_m.unwrap());
+    let jawed = with_jaw(rig.clone(), skin, pivot, shapes);
+    for (name, rig) in [("ict_plays.glb", rig), ("ict_jaw_plays.glb", jawed)] {
+        let file = gltf::write_animation(&rig, &part, &Value::Null).unwrap();
+        keep(name, &file);
+        let worst = plays_as(&rig, &part, &file);
+        assert!(worst < 1e-7, "{worst} m");
+        assert!(file.len() < 8_000_000, "{} bytes", file.len());
+    }
+}
+
+#[test]
+fn sample_models_survive_being_written() {
+    let Some(data) = data() else { return };
+    let folder = data.join("rigs/gltf/AnimatedMorphCube/glTF");
+    let cube = gltf::read(&bytes(folder.join("AnimatedMorphCube.gltf")), "cube", &mut siblings(&folder)).unwrap();
+    let file = gltf::write(&cube, &Value::Null).unwrap();
+    keep("cube.glb", &file);
+    assert_eq!(gltf::read(&file, "cube", &mut no_sibling).unwrap(), cube);
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let rig = sheet();
+    let short = Curves::new(FrameAxis::new(1, 60.0), vec!["open".into()], vec![0.5]).unwrap();
+    let error = gltf::write_animation(&rig, &short, &Value::Null).unwrap_err().to_string();
+    assert!(error.contains("`smile`"), "{error}");
+    let hole = Curves::new(FrameAxis::new(1, 60.0), rig.channels.clone(), vec![0.5, f32::NAN]).unwrap();
+    let error = gltf::write_animation(&rig, &hole, &Value::Null).unwrap_err().to_string();
+    assert!(error.contains("channel `smile` in frame 0 is NaN"), "{error}");
+    let outside = with_jaw(rig, vec![1.5; 18], Vec3::ZERO, [0, 1]);
+    let error = gltf::write(&outside, &Value::Null).unwrap_err().to_string();
+    assert!(error.contains("share of the jaw in vertex 0 is 1.5"), "{error}");
+}
