@@ -1,1 +1,13 @@
-//! (being written)
+//! The built-in nodes, one file a node, in folders in the order the data flows: load → rig → solve → save.
+//!
+//! A program that cooks graphs names this crate (`use nodes as _;` is enough), since a node stands in the registry
+//! of [`graph_core::node`] only where its crate is linked.
+
+pub mod load;
+pub mod rig;
+pub mod save;
+pub mod solve;
+#[cfg(test)]
+mod testing;
+mod unit;
+pub mod values;
