@@ -122,6 +122,11 @@ impl Fingerprints {
         self.lock().get(path).copied()
     }
 
+    /// All fingerprints noted so far.
+    pub fn all(&self) -> BTreeMap<PathBuf, Fingerprint> {
+        self.lock().clone()
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, BTreeMap<PathBuf, Fingerprint>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }

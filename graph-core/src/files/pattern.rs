@@ -117,9 +117,11 @@ fn expand(folder: PathBuf, parts: &[Component<'_>], found: &mut Vec<PathBuf>) ->
 }
 
 fn matcher(text: &str) -> Result<GlobMatcher, PatternError> {
-    GlobBuilder::new(text).literal_separator(true).build().map(|glob| glob.compile_matcher()).map_err(|error| {
-        PatternError::Malformed { text: text.to_owned(), problem: error.kind().to_string() }
-    })
+    GlobBuilder::new(text)
+        .literal_separator(true)
+        .build()
+        .map(|glob| glob.compile_matcher())
+        .map_err(|error| PatternError::Malformed { text: text.to_owned(), problem: error.kind().to_string() })
 }
 
 /// Names and paths in a folder, by name; a folder that is not there is empty.

@@ -1,0 +1,301 @@
+//! Jobs: what runs on the pool's threads: one computation of a whole cell or of one block of its frames.
+
+use super::cell::SlotSet;
+use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
+use crate::node::{Card, Context, Host, Inputs, Node, NodeError, Outputs, PortFacts, PortValue, SourceFile};
+use crate::store::{Action, OutputRecord, Store, StoreError, ValueRecord};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+use wire::{Digest, Hasher, Value};
+
+/// Why a job gave no result.
+#[derive(Debug)]
+pub(crate) enum JobError {
+    /// The node failed.
+    Node(NodeError),
+    /// A value that the job needs has to be computed again first.
+    Absent(Absent),
+    /// The store could not be written.
+    Store(StoreError),
+}
+
+impl From<NodeError> for JobError {
+    fn from(error: NodeError) -> Self {
+        Self::Node(error)
+    }
+}
+
+impl From<Absent> for JobError {
+    fn from(absent: Absent) -> Self {
+        Self::Absent(absent)
+    }
+}
+
+impl From<StoreError> for JobError {
+    fn from(error: StoreError) -> Self {
+        Self::Store(error)
+    }
+}
+
+/// An input of a job.
+pub(crate) struct JobInput {
+    pub port: PortFacts,
+    /// One slot, or several by the names that a gathering port shows.
+    pub slots: Vec<(String, Arc<Slot>)>,
+}
+
+/// Everything that a computation needs, free of the coordinator.
+pub(crate) struct Job<'a> {
+    pub node: Arc<dyn Node>,
+    pub card: Arc<Card>,
+    pub item: String,
+    pub key: Digest,
+    /// The part of the blocks' keys that all of them share.
+    pub base_key: Digest,
+    pub file: Option<PathBuf>,
+    pub inputs: Vec<JobInput>,
+    pub store: &'a Store,
+    pub files: &'a crate::files::Fingerprints,
+    pub cancel: &'a AtomicBool,
+    pub progress: Box<dyn Fn(f64, &[(&str, f64)]) + Send + Sync + 'a>,
+    pub block_frames: usize,
+}
+
+/// The engine's side of a node's context.
+struct JobHost<'a> {
+    job: &'a Job<'a>,
+    reads: Mutex<Vec<(String, Digest)>>,
+}
+
+impl Host for JobHost<'_> {
+    fn progress(&self, fraction: f64, numbers: &[(&str, f64)]) {
+        (self.job.progress)(fraction, numbers);
+    }
+
+    fn source(&self) -> Result<SourceFile, NodeError> {
+        let path = self.job.file.as_ref().ok_or_else(|| NodeError::failed("this node has no source file"))?;
+        let (bytes, _) =
+            self.job.files.read(path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(SourceFile { name, bytes })
+    }
+
+    fn sibling(&self, name: &str) -> Result<Arc<Vec<u8>>, NodeError> {
+        let main = self.job.file.as_ref().ok_or_else(|| NodeError::failed("this node has no source file"))?;
+        let path = main.parent().unwrap_or(std::path::Path::new("")).join(name);
+        let (bytes, digest) =
+            self.job.files.read(&path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
+        self.reads.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), digest));
+        Ok(bytes)
+    }
+
+    fn checkpoint(&self, name: &str) -> Option<Vec<u8>> {
+        self.job.store.checkpoint(&self.job.key, name)
+    }
+
+    fn save_checkpoint(&self, name: &str, state: &[u8]) {
+        // A checkpoint that cannot be saved costs time after a crash, and nothing else.
+        let _ = self.job.store.put_checkpoint(&self.job.key, name, state);
+    }
+}
+
+/// What the computation of a block gave.
+pub(crate) struct BlockResult {
+    /// A block for each output; `None` where the block of the last cook is still right.
+    pub blocks: Option<Vec<CookedBlock>>,
+    pub seconds: f64,
+    /// The key over exactly the frames seen, for a node with a halo.
+    pub frame_key: Option<Digest>,
+}
+
+/// What a whole computation gave.
+pub(crate) struct Finished {
+    pub slots: BTreeMap<String, SlotSet>,
+    pub action: Action,
+}
+
+impl Job<'_> {
+    fn gather_inputs(&self, frames: Option<&Range<usize>>) -> Result<Inputs, JobError> {
+        let mut inputs = Inputs::default();
+        for input in &self.inputs {
+            let sliced = frames.filter(|_| input.port.kind.framed && !input.port.still);
+            let fetch = |slot: &Slot| match sliced {
+                Some(frames) => slot.frames(self.store, frames),
+                None => slot.whole(self.store),
+            };
+            let value = if input.port.list {
+                let items = input.slots.iter().map(|(name, slot)| Ok((name.clone(), fetch(slot)?)));
+                PortValue::List(items.collect::<Result<_, Absent>>()?)
+            } else {
+                PortValue::One(fetch(&input.slots[0].1)?)
+            };
+            inputs.set(input.port.name, value);
+        }
+        Ok(inputs)
+    }
+
+    fn compute(&self, inputs: &Inputs) -> Result<(Outputs, Vec<(String, Digest)>), JobError> {
+        let host = JobHost { job: self, reads: Mutex::default() };
+        let context = Context::new(&host, self.cancel, &self.item);
+        let outputs = catch_unwind(AssertUnwindSafe(|| self.node.compute(&context, inputs)))
+            .unwrap_or_else(|panic| Err(NodeError::Failed(panic_text(panic.as_ref()))))?;
+        let reads = host.reads.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok((outputs, reads))
+    }
+
+    fn typed(&self, port: &PortFacts, value: &Arc<dyn Value>) -> Result<(), JobError> {
+        if value.kind() == port.kind {
+            return Ok(());
+        }
+        let problem =
+            format!("the node gave {} on its output `{}`, which is {}", value.kind().name, port.name, port.kind.name);
+        Err(NodeError::Failed(problem).into())
+    }
+
+    fn missing_output(port: &PortFacts) -> JobError {
+        NodeError::Failed(format!("the node gave nothing on its output `{}`", port.name)).into()
+    }
+
+    /// The key of a block over exactly the frames that it sees.
+    fn frame_key(&self, own: &Range<usize>, with_halo: &Range<usize>, inputs: &Inputs) -> Digest {
+        let mut hasher = Hasher::new("frames");
+        hasher.digest(&self.base_key).number(own.start as u64).number(own.end as u64);
+        hasher.number(with_halo.start as u64).number(with_halo.end as u64);
+        for input in self.inputs.iter().filter(|input| input.port.kind.framed && !input.port.still) {
+            let values = inputs.ports().filter(|(name, _)| *name == input.port.name);
+            for (name, value) in values {
+                hasher.bytes(name.as_bytes());
+                match value {
+                    PortValue::One(value) => drop(hasher.bytes(&value.encoded())),
+                    PortValue::List(items) => {
+                        for (item, value) in items {
+                            hasher.bytes(item.as_bytes()).bytes(&value.encoded());
+                        }
+                    }
+                }
+            }
+        }
+        hasher.finish()
+    }
+
+    /// Computes the frames of one block: a cooked block for each output. A node with a halo sees frames of the
+    /// blocks beside its own; where exactly these frames are as they were (`before`), nothing is computed.
+    pub fn block(
+        &self,
+        own: &Range<usize>,
+        with_halo: &Range<usize>,
+        has_halo: bool,
+        before: Option<Digest>,
+    ) -> Result<BlockResult, JobError> {
+        let inputs = self.gather_inputs(Some(with_halo))?;
+        let frame_key = has_halo.then(|| self.frame_key(own, with_halo, &inputs));
+        if frame_key.is_some() && frame_key == before {
+            return Ok(BlockResult { blocks: None, seconds: 0.0, frame_key });
+        }
+        let start = Instant::now();
+        let (mut outputs, _) = self.compute(&inputs)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let mut blocks = Vec::new();
+        for port in &self.card.outputs {
+            let Some(PortValue::One(value)) = outputs.take(port.name) else { return Err(Self::missing_output(port)) };
+            self.typed(port, &value)?;
+            let frames = value.axis().map_or(0, |axis| axis.count);
+            if frames != with_halo.len() {
+                let (name, needed) = (port.name, with_halo.len());
+                let problem = format!("the node gave {frames} frames on `{name}` where {needed} are needed");
+                return Err(NodeError::Failed(problem).into());
+            }
+            let within = own.start - with_halo.start..own.end - with_halo.start;
+            let value = if within == (0..frames) { Some(value) } else { value.slice(within) };
+            let value = value.ok_or_else(|| Self::missing_output(port))?;
+            blocks.push(CookedBlock::new(value));
+        }
+        Ok(BlockResult { blocks: Some(blocks), seconds, frame_key })
+    }
+
+    /// Computes the whole cell, and writes what is worth it to the store.
+    pub fn whole(&self) -> Result<Finished, JobError> {
+        let inputs = self.gather_inputs(None)?;
+        let start = Instant::now();
+        let (mut outputs, reads) = self.compute(&inputs)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let mut finished = Finished { slots: BTreeMap::new(), action: Action { reads, seconds, ..Action::default() } };
+        for port in &self.card.outputs {
+            let given = outputs.take(port.name).ok_or_else(|| Self::missing_output(port))?;
+            let (set, record) = match given {
+                PortValue::One(value) if !port.list => {
+                    let slot = self.keep(port, &value, seconds)?;
+                    let record = OutputRecord::One(slot.record.clone());
+                    (SlotSet::One(slot), record)
+                }
+                PortValue::List(items) if port.list => {
+                    let mut slots = BTreeMap::new();
+                    for (name, value) in items {
+                        slots.insert(name, self.keep(port, &value, seconds)?);
+                    }
+                    let records = slots.iter().map(|(name, slot)| (name.clone(), slot.record.clone())).collect();
+                    (SlotSet::List(slots), OutputRecord::List(records))
+                }
+                _ => return Err(Self::missing_output(port)),
+            };
+            finished.slots.insert(port.name.to_owned(), set);
+            finished.action.outputs.insert(port.name.to_owned(), record);
+        }
+        self.store.put_action(&self.key, &finished.action)?;
+        self.store.drop_checkpoints(&self.key);
+        Ok(finished)
+    }
+
+    fn keep(&self, port: &PortFacts, value: &Arc<dyn Value>, seconds: f64) -> Result<Arc<Slot>, JobError> {
+        self.typed(port, value)?;
+        let blocks = cut(value, self.block_frames);
+        let record = record_of(port, &blocks, value.axis(), value.summary());
+        let slot = Slot::known(port.kind, record, self.block_frames);
+        if worth_keeping(&slot.record, seconds) {
+            self.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
+            slot.now_stored();
+        }
+        for (index, block) in blocks.into_iter().enumerate() {
+            slot.hold(index, block.value);
+        }
+        Ok(Arc::new(slot))
+    }
+}
+
+/// The record of a value that consists of `blocks`.
+pub(crate) fn record_of(
+    port: &PortFacts,
+    blocks: &[CookedBlock],
+    axis: Option<wire::FrameAxis>,
+    summary: String,
+) -> ValueRecord {
+    let digests: Vec<Digest> = blocks.iter().map(|block| block.digest).collect();
+    ValueRecord {
+        digest: ValueRecord::root(&port.kind, &digests),
+        axis,
+        blocks: digests,
+        summary,
+        bytes: blocks.iter().map(|block| block.encoding.len() as u64).sum(),
+    }
+}
+
+/// Bytes below which a time-varying value is always kept.
+const SMALL_BYTES: u64 = 4 << 20;
+/// How fast a kept value is read back, in bytes a second, at a careful guess.
+const READ_BYTES_A_SECOND: f64 = 250e6;
+
+/// Whether a value costs more to compute again than to read. Values without frames are always kept, since they are
+/// what takes share; large time-varying ones only where computing them was dear.
+pub(crate) fn worth_keeping(record: &ValueRecord, seconds: f64) -> bool {
+    record.axis.is_none() || record.bytes <= SMALL_BYTES || seconds > record.bytes as f64 / READ_BYTES_A_SECOND
+}
+
+fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    format!("the node panicked: {}", text.unwrap_or("without a message"))
+}

@@ -1,0 +1,71 @@
+//! Keys: key(cell) = hash(kind, version, canonical parameters, content of files, content of inputs).
+//! Nothing else enters: no path, host, thread count or name.
+
+use super::cell::Cell;
+use crate::document::canonical_parameters;
+use crate::node::Time;
+use std::ops::Range;
+use wire::{Digest, Hasher};
+
+/// Raise this when the engine itself changes what a key means.
+const ENGINE: u64 = 1;
+
+/// One part of a key, labelled for `why`.
+#[derive(Debug, Clone)]
+pub(crate) struct Part {
+    pub label: String,
+    pub digest: Digest,
+}
+
+/// The parts that come from the node itself: kind, version and parameters without the names of files.
+pub(crate) fn own_parts(cell: &Cell) -> Vec<Part> {
+    let card = &cell.card;
+    let kind = cell.node.typetag_name();
+    let version = Hasher::new(kind).number(u64::from(card.version)).number(ENGINE).finish();
+    let mut parts = vec![Part { label: "version".into(), digest: version }];
+    let skipped: Vec<&str> = card.reads.into_iter().chain(card.writes).collect();
+    for (name, text) in canonical_parameters(cell.node.as_ref(), &skipped) {
+        parts.push(Part { label: format!("parameter `{name}`"), digest: Digest::of(text.as_bytes()) });
+    }
+    parts
+}
+
+/// The key of a cell: over all parts in their order.
+pub(crate) fn key_of<'a>(domain: &str, parts: impl IntoIterator<Item = &'a Part>) -> Digest {
+    let mut hasher = Hasher::new(domain);
+    for part in parts {
+        hasher.bytes(part.label.as_bytes()).digest(&part.digest);
+    }
+    hasher.finish()
+}
+
+/// How a per-frame cell is cut into blocks.
+#[derive(Debug, Clone)]
+pub(crate) struct Frames {
+    pub count: usize,
+    pub halo: usize,
+    pub block_frames: usize,
+}
+
+impl Frames {
+    pub fn blocks(&self) -> usize {
+        self.count.div_ceil(self.block_frames)
+    }
+
+    /// The frames that block `block` of the output covers.
+    pub fn of_block(&self, block: usize) -> Range<usize> {
+        super::slot::block_range(block, self.block_frames, self.count)
+    }
+
+    /// The frames of the inputs that block `block` needs.
+    pub fn with_halo(&self, block: usize) -> Range<usize> {
+        let own = self.of_block(block);
+        own.start.saturating_sub(self.halo)..(own.end + self.halo).min(self.count)
+    }
+}
+
+/// The halo of a per-frame cell that has at least one time-varying input.
+pub(crate) fn halo(cell: &Cell) -> Option<usize> {
+    let Time::PerFrame { halo } = cell.card.time else { return None };
+    cell.links.iter().any(|link| link.port.kind.framed && !link.port.still).then_some(halo)
+}

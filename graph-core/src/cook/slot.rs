@@ -1,0 +1,211 @@
+//! Slots: a value as the cook holds it: its record always, its blocks in memory or in the store as it happens.
+
+use crate::store::{Pack, PackWriter, Store, ValueRecord};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wire::{Digest, Value, ValueKind};
+
+/// One block as it came out of a computation.
+#[derive(Debug, Clone)]
+pub(crate) struct CookedBlock {
+    pub digest: Digest,
+    pub value: Arc<dyn Value>,
+    pub encoding: Arc<Vec<u8>>,
+}
+
+impl CookedBlock {
+    pub fn new(value: Arc<dyn Value>) -> Self {
+        let encoding = value.encoded();
+        Self { digest: value.kind().digest(&encoding), value, encoding: Arc::new(encoding) }
+    }
+}
+
+/// Cuts a value into blocks of frames; a value without frames is one block.
+pub(crate) fn cut(value: &Arc<dyn Value>, block_frames: usize) -> Vec<CookedBlock> {
+    match value.axis() {
+        Some(axis) if axis.count > block_frames => (0..axis.count.div_ceil(block_frames))
+            .map(|block| {
+                let frames = block_range(block, block_frames, axis.count);
+                let slice = value.slice(frames).unwrap_or_else(|| Arc::clone(value));
+                CookedBlock::new(slice)
+            })
+            .collect(),
+        _ => vec![CookedBlock::new(Arc::clone(value))],
+    }
+}
+
+/// The frames of block `block`.
+pub(crate) fn block_range(block: usize, block_frames: usize, count: usize) -> Range<usize> {
+    (block * block_frames).min(count)..((block + 1) * block_frames).min(count)
+}
+
+/// A block that is neither in memory nor sound in the store: it has to be computed again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Absent {
+    /// Whether the store held it damaged.
+    pub damaged: bool,
+}
+
+const UNKNOWN: u8 = 0;
+const STORED: u8 = 1;
+const ABSENT: u8 = 2;
+
+/// A value of a finished cell.
+#[derive(Debug)]
+pub(crate) struct Slot {
+    pub kind: ValueKind,
+    pub record: ValueRecord,
+    block_frames: usize,
+    blocks: Vec<Mutex<Option<Arc<dyn Value>>>>,
+    whole: Mutex<Option<Arc<dyn Value>>>,
+    pack: Mutex<Option<Pack>>,
+    stored: AtomicU8,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Slot {
+    /// A value of which only the record is known.
+    pub fn known(kind: ValueKind, record: ValueRecord, block_frames: usize) -> Self {
+        let blocks = record.blocks.iter().map(|_| Mutex::new(None)).collect();
+        let (whole, pack) = (Mutex::new(None), Mutex::new(None));
+        Self { kind, record, block_frames, blocks, whole, pack, stored: AtomicU8::new(UNKNOWN) }
+    }
+
+    /// Puts a computed block into memory.
+    pub fn hold(&self, block: usize, value: Arc<dyn Value>) {
+        *lock(&self.blocks[block]) = Some(value);
+    }
+
+    /// Puts the whole value into memory.
+    pub fn hold_whole(&self, value: Arc<dyn Value>) {
+        *lock(&self.whole) = Some(value);
+    }
+
+    /// Takes the values that an equal slot holds in memory.
+    pub fn take_from(&self, other: &Self) {
+        for (mine, theirs) in self.blocks.iter().zip(&other.blocks) {
+            let value = lock(theirs).as_ref().map(Arc::clone);
+            if value.is_some() {
+                *lock(mine) = value;
+            }
+        }
+        if other.stored.load(Ordering::Relaxed) == STORED {
+            self.now_stored();
+        }
+    }
+
+    /// Lets go of everything in memory.
+    pub fn release(&self) {
+        for block in &self.blocks {
+            *lock(block) = None;
+        }
+        *lock(&self.whole) = None;
+        *lock(&self.pack) = None;
+    }
+
+    /// Says that the store now holds the value.
+    pub fn now_stored(&self) {
+        self.stored.store(STORED, Ordering::Relaxed);
+    }
+
+    /// The blocks that hold the given frames, or all of them.
+    pub fn blocks_of(&self, frames: Option<&Range<usize>>) -> Range<usize> {
+        match (frames, self.record.blocks.len()) {
+            (Some(frames), count) if count > 1 => {
+                frames.start / self.block_frames..frames.end.div_ceil(self.block_frames).min(count)
+            }
+            (_, count) => 0..count,
+        }
+    }
+
+    /// The blocks among `blocks` that would have to be computed again.
+    pub fn absent(&self, store: &Store, blocks: Range<usize>) -> Vec<usize> {
+        if self.stored.load(Ordering::Relaxed) == UNKNOWN {
+            let state = if store.has_pack(&self.record.digest) { STORED } else { ABSENT };
+            self.stored.store(state, Ordering::Relaxed);
+        }
+        if self.stored.load(Ordering::Relaxed) == STORED || lock(&self.whole).is_some() {
+            return Vec::new();
+        }
+        blocks.filter(|block| lock(&self.blocks[*block]).is_none()).collect()
+    }
+
+    /// The encoding of a block from the store, verified.
+    pub fn encoding(&self, store: &Store, block: usize) -> Result<Vec<u8>, Absent> {
+        let mut pack = lock(&self.pack);
+        if pack.is_none() {
+            *pack = store.pack(&self.kind, &self.record.digest).map_err(|_| self.lost(true))?;
+        }
+        let Some(open) = pack.as_ref() else { return Err(self.lost(false)) };
+        if let Some(bytes) = open.block(&self.kind, block) {
+            return Ok(bytes.to_vec());
+        }
+        store.drop_pack(&self.record.digest);
+        *pack = None;
+        Err(self.lost(true))
+    }
+
+    fn lost(&self, damaged: bool) -> Absent {
+        self.stored.store(ABSENT, Ordering::Relaxed);
+        Absent { damaged }
+    }
+
+    fn block(&self, store: &Store, block: usize) -> Result<Arc<dyn Value>, Absent> {
+        if let Some(value) = lock(&self.blocks[block]).as_ref() {
+            return Ok(Arc::clone(value));
+        }
+        let encoding = self.encoding(store, block)?;
+        let value = (self.kind.decode)(&encoding).map_err(|_| self.lost(true))?;
+        self.hold(block, Arc::clone(&value));
+        Ok(value)
+    }
+
+    /// The whole value.
+    pub fn whole(&self, store: &Store) -> Result<Arc<dyn Value>, Absent> {
+        if let Some(value) = lock(&self.whole).as_ref() {
+            return Ok(Arc::clone(value));
+        }
+        let blocks = (0..self.blocks.len()).map(|block| self.block(store, block)).collect::<Result<Vec<_>, _>>()?;
+        let value = match blocks.as_slice() {
+            [one] => Arc::clone(one),
+            many => (self.kind.join)(many).map_err(|_| self.lost(true))?,
+        };
+        self.hold_whole(Arc::clone(&value));
+        Ok(value)
+    }
+
+    /// The frames at positions `frames`.
+    pub fn frames(&self, store: &Store, frames: &Range<usize>) -> Result<Arc<dyn Value>, Absent> {
+        let whole = lock(&self.whole).as_ref().map(Arc::clone);
+        let (value, first) = if let Some(whole) = whole {
+            (whole, 0)
+        } else {
+            let range = self.blocks_of(Some(frames));
+            let first = range.start * self.block_frames;
+            let blocks = range.map(|block| self.block(store, block)).collect::<Result<Vec<_>, _>>()?;
+            let value = match blocks.as_slice() {
+                [one] => Arc::clone(one),
+                many => (self.kind.join)(many).map_err(|_| self.lost(true))?,
+            };
+            (value, first)
+        };
+        let within = frames.start - first..frames.end - first;
+        if value.axis().is_some_and(|axis| within == (0..axis.count)) {
+            return Ok(value);
+        }
+        value.slice(within).ok_or_else(|| self.lost(true))
+    }
+}
+
+/// Writes the blocks of a value into one pack.
+pub(crate) fn pack_of(blocks: &[CookedBlock]) -> PackWriter {
+    let mut writer = PackWriter::default();
+    for block in blocks {
+        writer.push(block.digest, Arc::clone(&block.encoding));
+    }
+    writer
+}

@@ -1,0 +1,199 @@
+//! Unfolds plan nodes into cells as soon as the items they repeat over are known.
+
+use super::cell::{Cell, Link, SlotSet, State, cell_name, combinations, file_items, outer_items, wires};
+use super::event::Event;
+use super::kitchen::Kitchen;
+use crate::document::Spanned;
+use crate::plan::{PlanNode, make};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use wire::Digest;
+
+impl Kitchen<'_> {
+    /// Makes all cells that can be made now.
+    pub fn unfold(&mut self) {
+        let before = self.cells.len();
+        let mut folded = Vec::new();
+        for index in std::mem::take(&mut self.folded) {
+            if self.waits(index, &folded) {
+                folded.push(index);
+                continue;
+            }
+            if let Some(cause) = self.lost(index) {
+                self.summary.skipped += 1;
+                (self.tell)(Event::Skipped { node: self.plan.nodes[index].path.clone(), because: cause });
+                continue;
+            }
+            self.learn_files(index);
+            match combinations(self.plan, &self.plan.nodes[index].scope, &self.known_items) {
+                None => folded.push(index),
+                Some(all) => {
+                    for items in all {
+                        self.make_cell(index, items);
+                    }
+                }
+            }
+        }
+        self.folded = folded;
+        if self.cells.len() > before {
+            (self.tell)(Event::Planned { cells: self.cells.len() });
+        }
+    }
+
+    /// Whether something that the node is connected to has no cells yet.
+    fn waits(&self, index: usize, folded: &[usize]) -> bool {
+        let sources = self.plan.nodes[index].inputs.iter().flat_map(|input| &input.sources);
+        sources.into_iter().any(|source| folded.contains(&source.node))
+    }
+
+    /// The failed cell that keeps the node's lists from ever being known.
+    fn lost(&self, index: usize) -> Option<String> {
+        let node = &self.plan.nodes[index];
+        let own = node.scope.iter().find_map(|origin| self.lost_lists.get(origin)).cloned();
+        own.or_else(|| {
+            let gathered = node.inputs.iter().flat_map(|input| &input.sources);
+            let scopes = gathered.flat_map(|source| &self.plan.nodes[source.node].scope);
+            scopes.into_iter().find_map(|origin| self.lost_lists.get(origin)).cloned()
+        })
+    }
+
+    /// Finds the files of a node that repeats over them.
+    fn learn_files(&mut self, index: usize) {
+        let node = &self.plan.nodes[index];
+        let Some(origin) = node.scope.last().copied() else { return };
+        if self.plan.origins[origin].node != index || self.plan.origins[origin].port.is_some() {
+            return;
+        }
+        let outer = &node.scope[..node.scope.len() - 1];
+        let Some(all) = combinations(self.plan, outer, &self.known_items) else { return };
+        for items in all {
+            let key = (origin, outer_items(self.plan, origin, outer, &items));
+            let pattern = match self.remade(node, &items) {
+                Ok(Some(made)) => made.reads,
+                Ok(None) => node.reads.clone(),
+                Err(_) => None,
+            };
+            let found = pattern.as_ref().map_or(Ok(BTreeMap::new()), file_items);
+            let found = found.unwrap_or_else(|problem| {
+                (self.tell)(Event::Notice { about: node.path.clone(), message: problem });
+                BTreeMap::new()
+            });
+            if found.is_empty() {
+                let path = pattern.map_or_else(String::new, |pattern| pattern.path().display().to_string());
+                let message = format!("no file matches {path}, so there is nothing to cook for it");
+                (self.tell)(Event::Notice { about: node.path.clone(), message });
+            }
+            self.known_items.insert(key, found);
+        }
+    }
+
+    /// The node made anew for an item, where its parameters mention the item.
+    fn remade(&self, node: &PlanNode, items: &[String]) -> Result<Option<crate::plan::Made>, String> {
+        let (true, Some(item)) = (node.template.mentions_item, items.last()) else { return Ok(None) };
+        let template = &node.template;
+        let span = template.entry().name_span;
+        let kind = Spanned { value: node.kind.clone(), span };
+        let (made, mistakes) =
+            make(&template.graph, &template.name, &kind, &template.scope, Some(item), self.overrides, &node.path);
+        made.map(Some).ok_or_else(|| mistakes.first().map_or_else(String::new, |mistake| mistake.message.clone()))
+    }
+
+    fn make_cell(&mut self, index: usize, items: Vec<String>) {
+        let node = &self.plan.nodes[index];
+        let mut cell = Cell {
+            plan: index,
+            name: cell_name(&node.path, &items),
+            node: Arc::clone(&node.node),
+            card: Arc::clone(&node.card),
+            file: node.reads.as_ref().map(|pattern| pattern.path().to_owned()),
+            writes: node.writes.clone(),
+            links: Vec::new(),
+            broken: None,
+            consumers: Vec::new(),
+            pending: 0,
+            state: State::Waiting,
+            key: Digest::default(),
+            block_keys: Vec::new(),
+            base_key: Digest::default(),
+            frame_keys: Vec::new(),
+            open_consumers: 0,
+            items,
+        };
+        match self.remade(node, &cell.items) {
+            Ok(None) => {}
+            Ok(Some(made)) => {
+                (cell.node, cell.card) = (made.node, made.card);
+                cell.file = made.reads.map(|pattern| pattern.path().to_owned());
+                cell.writes = made.writes;
+            }
+            Err(problem) => cell.broken = Some(problem),
+        }
+        if let Some(origin) = node.scope.last()
+            && self.plan.origins[*origin].node == index
+            && self.plan.origins[*origin].port.is_none()
+        {
+            let depth = cell.items.len() - 1;
+            let outer = outer_items(self.plan, *origin, &node.scope[..depth], &cell.items[..depth]);
+            let file = self.known_items.get(&(*origin, outer)).and_then(|files| files.get(&cell.items[depth]));
+            cell.file = file.cloned().flatten();
+        }
+        for input in &node.inputs {
+            let mut link = Link { port: input.port, wires: Vec::new() };
+            let gathers = input.port.list.then_some(input.sources.len() > 1);
+            for source in &input.sources {
+                match wires(self.plan, &self.directory, (index, &cell.items), source, gathers) {
+                    Ok(found) => link.wires.extend(found),
+                    Err(problem) => cell.broken = Some(format!("input `{}`: {problem}", input.port.name)),
+                }
+            }
+            if !link.wires.is_empty() || input.port.list && !input.sources.is_empty() {
+                cell.links.push(link);
+            }
+        }
+        let id = self.cells.len();
+        self.cells.push(cell);
+        for producer in self.producers(id) {
+            self.cells[producer].consumers.push(id);
+            if !matches!(self.cells[producer].state, State::Done(_) | State::Failed(_) | State::Unknown) {
+                self.cells[id].pending += 1;
+            }
+            self.cells[producer].open_consumers += 1;
+        }
+        if self.cells[id].pending == 0 {
+            self.ready.insert(id);
+        }
+        let key = (index, self.cells[id].items.clone());
+        self.directory.insert(key, id);
+    }
+
+    /// Takes the items of a finished cell's list outputs, where nodes repeat over them.
+    pub fn learn_items(&mut self, id: usize) {
+        let cell = &self.cells[id];
+        let mut learned = false;
+        for (origin, list) in self.plan.origins.iter().enumerate() {
+            let (true, Some(port)) = (list.node == cell.plan, &list.port) else { continue };
+            match &cell.state {
+                State::Done(slots) => {
+                    let Some(SlotSet::List(items)) = slots.get(port) else { continue };
+                    let names = items.keys().map(|name| (name.clone(), None)).collect();
+                    self.known_items.insert((origin, cell.items.clone()), names);
+                }
+                State::Failed(cause) => {
+                    self.lost_lists.insert(origin, cause.clone());
+                }
+                State::Unknown => {
+                    // A plan goes on with the items that the last cook saw.
+                    let record = self.session.cells.get(&cell.name).and_then(|cell| cell.action.outputs.get(port));
+                    let names = record.iter().flat_map(|record| record.values());
+                    let names = names.map(|(name, _)| (name.to_owned(), None)).collect();
+                    self.known_items.insert((origin, cell.items.clone()), names);
+                }
+                State::Waiting | State::Cooking => continue,
+            }
+            learned = true;
+        }
+        if learned {
+            self.unfold();
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Reads a graph and every graph nested in it, into instances: one for each time a file is used.
+
+use super::model::{Plan, Template};
+use super::{check, resolve, scope};
+use crate::document::{
+    Body, Diagnostic, Diagnostics, Entry, Graph, Override, Place, Scope, Source, Spanned, apply_overrides, read,
+};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// How deep graphs may nest; deeper nesting is a mistake.
+const DEEPEST: usize = 64;
+
+/// One use of a graph file.
+pub(super) struct Instance {
+    pub graph: Arc<Graph>,
+    /// Names before the nodes' own, ending in `/` where not empty.
+    pub prefix: String,
+    pub scope: Arc<Scope>,
+    /// The instance that nests this one, and the name of the node that does.
+    pub parent: Option<(usize, String)>,
+    /// What each node of the file has become.
+    pub members: BTreeMap<String, Member>,
+    /// The places that nest this file, outermost first.
+    pub through: Vec<Place>,
+}
+
+/// What a node of a file has become.
+#[derive(Clone, Copy)]
+pub(super) enum Member {
+    /// A node: index into [`Loader::nodes`].
+    Node(usize),
+    /// A nested graph: index into [`Loader::instances`].
+    Nested(usize),
+    /// Something that could not be made, and has been reported.
+    Broken,
+}
+
+/// A node before wiring.
+pub(super) struct RawNode {
+    pub instance: usize,
+    pub kind: Spanned<String>,
+    pub template: Template,
+    pub made: check::Made,
+}
+
+/// Everything read so far.
+pub(super) struct Loader {
+    pub instances: Vec<Instance>,
+    pub nodes: Vec<RawNode>,
+    pub diagnostics: Vec<Diagnostic>,
+    files: BTreeMap<PathBuf, Option<Arc<Graph>>>,
+    sources: Vec<Arc<Source>>,
+    overrides: Vec<Override>,
+}
+
+impl Loader {
+    /// Reports a mistake in the file of `instance`.
+    pub fn report(&mut self, instance: usize, mut diagnostic: Diagnostic) {
+        diagnostic.through.clone_from(&self.instances[instance].through);
+        if !self.diagnostics.contains(&diagnostic) {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// The entry of a node.
+    pub fn entry(&self, node: usize) -> &Entry {
+        self.nodes[node].template.entry()
+    }
+
+    /// The name of a node through all nesting.
+    pub fn path(&self, node: usize) -> String {
+        let raw = &self.nodes[node];
+        format!("{}{}", self.instances[raw.instance].prefix, raw.template.name)
+    }
+
+    fn graph(&mut self, path: &Path) -> Result<Option<Arc<Graph>>, Diagnostic> {
+        if let Some(known) = self.files.get(path) {
+            return Ok(known.clone());
+        }
+        let source = Arc::new(Source::load(path)?);
+        self.sources.push(Arc::clone(&source));
+        let (graph, mistakes) = read(source);
+        self.diagnostics.extend(mistakes);
+        let graph = graph.map(Arc::new);
+        self.files.insert(path.to_owned(), graph.clone());
+        Ok(graph)
+    }
+}
+
+/// Loads the graph at `path` with the given overrides (`--set`).
+///
+/// # Errors
+/// Every mistake in the graph and the graphs nested in it, found in one pass.
+pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
+    let mut loader = Loader {
+        instances: Vec::new(),
+        nodes: Vec::new(),
+        diagnostics: Vec::new(),
+        files: BTreeMap::new(),
+        sources: Vec::new(),
+        overrides: overrides.to_vec(),
+    };
+    let root = match loader.graph(path) {
+        Ok(Some(root)) => root,
+        Ok(None) => return Err(Diagnostics(loader.diagnostics)),
+        Err(diagnostic) => return Err(Diagnostics(vec![diagnostic])),
+    };
+    let (scope, mistakes) = apply_overrides(&root, overrides);
+    loader.diagnostics.extend(mistakes);
+    for (name, input) in root.inputs.iter().filter(|(_, input)| !input.optional) {
+        let message = format!("the graph needs the input `{name}`, so it can only be cooked nested in another graph");
+        loader.diagnostics.push(Diagnostic::at("open-input", &root.source, input.span, message));
+    }
+    loader.instances.push(Instance {
+        graph: root,
+        prefix: String::new(),
+        scope: Arc::new(scope),
+        parent: None,
+        members: BTreeMap::new(),
+        through: Vec::new(),
+    });
+    // Nested graphs join the end of the list while it is walked.
+    let mut next = 0;
+    while next < loader.instances.len() {
+        open(&mut loader, next);
+        next += 1;
+    }
+    unused_overrides(&mut loader);
+    let wired = resolve::wires(&mut loader);
+    let scoped = scope::order_and_scope(&mut loader, &wired);
+    let plan = scoped.and_then(|scoped| check::assemble(&mut loader, &wired, scoped));
+    match plan {
+        Some(mut plan) if loader.diagnostics.is_empty() => {
+            plan.sources = loader.sources;
+            Ok(plan)
+        }
+        _ => Err(Diagnostics(loader.diagnostics)),
+    }
+}
+
+/// Makes the members of one instance.
+fn open(loader: &mut Loader, index: usize) {
+    let graph = Arc::clone(&loader.instances[index].graph);
+    for (name, entry) in &graph.nodes {
+        let member = match &entry.body {
+            Body::Kind(kind) => {
+                let scope = Arc::clone(&loader.instances[index].scope);
+                let path = format!("{}{name}", loader.instances[index].prefix);
+                let (made, mistakes) = check::make(&graph, name, kind, &scope, None, &loader.overrides, &path);
+                for mistake in mistakes {
+                    loader.report(index, mistake);
+                }
+                match made {
+                    None => Member::Broken,
+                    Some(made) => {
+                        let mentions_item = made.mentions_item;
+                        let template = Template { graph: Arc::clone(&graph), name: name.clone(), scope, mentions_item };
+                        loader.nodes.push(RawNode { instance: index, kind: kind.clone(), template, made });
+                        Member::Node(loader.nodes.len() - 1)
+                    }
+                }
+            }
+            Body::Graph(file) => nest(loader, index, name, entry, file),
+        };
+        loader.instances[index].members.insert(name.clone(), member);
+    }
+}
+
+fn nest(loader: &mut Loader, index: usize, name: &str, entry: &Entry, file: &Spanned<String>) -> Member {
+    let parent = &loader.instances[index];
+    let source = Arc::clone(&parent.graph.source);
+    let path = source.folder().join(&file.value);
+    let mut through = parent.through.clone();
+    through.push(Place { source: Arc::clone(&source), span: file.span });
+    let cycle = through.iter().any(|place| same_file(&place.source.path, &path));
+    if cycle || through.len() > DEEPEST {
+        let chain: Vec<_> = through.iter().map(|place| place.source.path.display().to_string()).collect();
+        let message = format!("the graph nests itself: {} → {}", chain.join(" → "), path.display());
+        loader.report(index, Diagnostic::at("nesting-cycle", &source, file.span, message));
+        return Member::Broken;
+    }
+    let graph = match loader.graph(&path) {
+        Ok(Some(graph)) => graph,
+        Ok(None) => return Member::Broken,
+        Err(problem) => {
+            let mistake = Diagnostic::at("unreadable-file", &source, file.span, problem.message).may_help(problem.help);
+            loader.report(index, mistake);
+            return Member::Broken;
+        }
+    };
+    let parent = &loader.instances[index];
+    let prefix = format!("{}{name}/", parent.prefix);
+    let outer_path = prefix.trim_end_matches('/');
+    let (scope, mistakes) = Scope::nested(&graph, entry, &source, &parent.scope, &loader.overrides, outer_path);
+    for mistake in mistakes {
+        loader.report(index, mistake);
+    }
+    loader.instances.push(Instance {
+        graph,
+        prefix,
+        scope: Arc::new(scope),
+        parent: Some((index, name.to_owned())),
+        members: BTreeMap::new(),
+        through,
+    });
+    Member::Nested(loader.instances.len() - 1)
+}
+
+fn same_file(one: &Path, other: &Path) -> bool {
+    match (one.canonicalize(), other.canonicalize()) {
+        (Ok(one), Ok(other)) => one == other,
+        _ => one == other,
+    }
+}
+
+/// Overrides of nodes' parameters (`--set node.param=value`) that name no node.
+fn unused_overrides(loader: &mut Loader) {
+    let mut paths: Vec<String> = (0..loader.nodes.len()).map(|node| loader.path(node)).collect();
+    paths.extend(loader.instances.iter().map(|instance| instance.prefix.trim_end_matches('/').to_owned()));
+    for wanted in &loader.overrides {
+        let node = wanted.path.join("/");
+        if !wanted.path.is_empty() && !paths.contains(&node) {
+            let near = crate::document::did_you_mean(&node, paths.iter().map(String::as_str));
+            loader.diagnostics.push(
+                Diagnostic::new("unknown-node", format!("`--set {}`: there is no node `{node}`", wanted.text))
+                    .may_help(near.map(|near| format!("did you mean `{near}`?"))),
+            );
+        }
+    }
+}

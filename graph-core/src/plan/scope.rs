@@ -1,0 +1,180 @@
+//! Finds an order in which nodes can be cooked, and over which lists each node repeats.
+//!
+//! A node repeats over the lists of the `for_each` it stands in, over the files that match its own pattern, and over
+//! every list that reaches an input which takes a single value.
+
+use super::load::Loader;
+use super::model::{Origin, OriginId};
+use super::resolve::{RawSource, Wires};
+use crate::document::Diagnostic;
+use petgraph::algo::{tarjan_scc, toposort};
+use petgraph::graph::{DiGraph, NodeIndex};
+use std::sync::Arc;
+
+/// The order of the nodes, and the lists they repeat over.
+pub(super) struct Scoped {
+    /// Raw node indices, each after those it needs.
+    pub order: Vec<usize>,
+    /// Per raw node: the lists it repeats over, outermost first. Nodes of origins are raw indices.
+    pub scope: Vec<Vec<OriginId>>,
+    /// The lists.
+    pub origins: Vec<Origin>,
+}
+
+/// Orders and scopes all nodes; `None` where a cycle or a missing list makes that impossible (and was reported).
+pub(super) fn order_and_scope(loader: &mut Loader, wires: &Wires) -> Option<Scoped> {
+    let order = order(loader, wires)?;
+    let mut work = Work { wires, origins: Vec::new(), scope: vec![Vec::new(); loader.nodes.len()], sound: true };
+    for node in &order {
+        work.scope_of(loader, *node);
+    }
+    work.sound.then_some(Scoped { order, scope: work.scope, origins: work.origins })
+}
+
+fn order(loader: &mut Loader, wires: &Wires) -> Option<Vec<usize>> {
+    let mut graph = DiGraph::<usize, ()>::with_capacity(loader.nodes.len(), loader.nodes.len() * 2);
+    for node in 0..loader.nodes.len() {
+        graph.add_node(node);
+    }
+    for node in 0..loader.nodes.len() {
+        let inputs = wires.inputs[node].iter().flat_map(|input| &input.sources);
+        let lists = each_of(loader, wires, node);
+        for source in inputs.chain(lists) {
+            graph.add_edge(NodeIndex::new(source.node), NodeIndex::new(node), ());
+        }
+    }
+    if let Ok(order) = toposort(&graph, None) {
+        return Some(order.into_iter().map(|index| graph[index]).collect());
+    }
+    for component in tarjan_scc(&graph) {
+        let first = component[0];
+        if component.len() > 1 || graph.contains_edge(first, first) {
+            report_cycle(loader, &graph, &component);
+        }
+    }
+    None
+}
+
+/// The lists of every `for_each` that a node stands in, innermost last.
+fn each_of<'a>(loader: &Loader, wires: &'a Wires, node: usize) -> Vec<&'a RawSource> {
+    let mut lists: Vec<_> = wires.node_each[node].iter().collect();
+    let mut instance = loader.nodes[node].instance;
+    loop {
+        lists.extend(&wires.each[instance]);
+        match &loader.instances[instance].parent {
+            Some((parent, _)) => instance = *parent,
+            None => break,
+        }
+    }
+    lists.reverse();
+    lists
+}
+
+/// Walks a cycle inside a strongly connected component and prints it as a path.
+fn report_cycle(loader: &mut Loader, graph: &DiGraph<usize, ()>, component: &[NodeIndex]) {
+    let mut walk = vec![component.iter().copied().min().unwrap_or(component[0])];
+    loop {
+        let last = walk[walk.len() - 1];
+        let next = graph.neighbors(last).filter(|next| component.contains(next)).min();
+        let Some(next) = next else { return };
+        if let Some(start) = walk.iter().position(|seen| *seen == next) {
+            walk.drain(..start);
+            walk.push(next);
+            break;
+        }
+        walk.push(next);
+    }
+    let path: Vec<_> = walk.iter().map(|index| loader.path(graph[*index])).collect();
+    let node = graph[walk[0]];
+    let instance = loader.nodes[node].instance;
+    let source = Arc::clone(&loader.instances[instance].graph.source);
+    let span = loader.entry(node).name_span;
+    let mistake = Diagnostic::at("cycle", &source, span, format!("the graph runs in a circle: {}", path.join(" → ")));
+    loader.report(instance, mistake.help("cut one of these connections"));
+}
+
+struct Work<'a> {
+    wires: &'a Wires,
+    origins: Vec<Origin>,
+    scope: Vec<Vec<OriginId>>,
+    sound: bool,
+}
+
+impl Work<'_> {
+    fn origin(&mut self, node: usize, port: Option<&str>, scope: &[OriginId]) -> OriginId {
+        let known = self.origins.iter().position(|origin| origin.node == node && origin.port.as_deref() == port);
+        known.unwrap_or_else(|| {
+            self.origins.push(Origin { node, port: port.map(str::to_owned), scope: scope.to_vec() });
+            self.origins.len() - 1
+        })
+    }
+
+    /// The lists through which a source's values vary, its own list output included.
+    fn reach(&mut self, source: &RawSource) -> Vec<OriginId> {
+        let mut path = self.scope[source.node].clone();
+        if source.list {
+            path.push(self.origin(source.node, Some(&source.port), &path.clone()));
+        }
+        path
+    }
+
+    fn scope_of(&mut self, loader: &mut Loader, node: usize) {
+        let mut path = Vec::new();
+        for list in each_of(loader, self.wires, node) {
+            let reach = self.reach(list);
+            if reach.is_empty() {
+                self.no_list(loader, node, list);
+            }
+            merge(&mut path, &reach);
+        }
+        for input in self.wires.inputs[node].iter().filter(|input| !input.port.list) {
+            for source in &input.sources {
+                let reach = self.reach(source);
+                if path.iter().all(|origin| reach.contains(origin)) {
+                    path = reach;
+                }
+            }
+        }
+        if loader.nodes[node].made.reads.as_ref().is_some_and(|pattern| pattern.is_wild()) || self.is_iterated(node) {
+            let own = self.origin(node, None, &path);
+            path.push(own);
+        }
+        self.scope[node] = path;
+    }
+
+    /// Whether some `for_each` names this node, which reads a file: then one file is a list of one item.
+    fn is_iterated(&self, node: usize) -> bool {
+        let lists = self.wires.each.iter().chain(&self.wires.node_each).flatten();
+        lists.into_iter().any(|list| list.node == node && !list.list) && self.reads_alone(node)
+    }
+
+    fn reads_alone(&self, node: usize) -> bool {
+        self.wires.inputs[node].is_empty()
+    }
+
+    fn no_list(&mut self, loader: &mut Loader, node: usize, list: &RawSource) {
+        self.sound = false;
+        let mut instance = loader.nodes[node].instance;
+        // The mistake stands at the `for_each`: the node's own, or that of a graph around it.
+        let mut entry = loader.entry(node).clone();
+        while entry.for_each.is_none() {
+            let Some((parent, name)) = loader.instances[instance].parent.clone() else { return };
+            entry = loader.instances[parent].graph.nodes[&name].clone();
+            instance = parent;
+        }
+        let Some(for_each) = &entry.for_each else { return };
+        let source = Arc::clone(&loader.instances[instance].graph.source);
+        let message = format!("`for_each` needs a list, and `{}.{}` is a single value", list.label, list.port);
+        let mistake = Diagnostic::at("not-a-list", &source, for_each.span, message);
+        loader.report(instance, mistake.help("name a node that loads a pattern of files or gives a list"));
+    }
+}
+
+/// Appends what `path` does not repeat over yet.
+fn merge(path: &mut Vec<OriginId>, more: &[OriginId]) {
+    for origin in more {
+        if !path.contains(origin) {
+            path.push(*origin);
+        }
+    }
+}

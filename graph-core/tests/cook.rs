@@ -1,0 +1,282 @@
+//! Cooks small projects, and asserts by the events which cells and blocks ran.
+
+mod common;
+
+use common::Project;
+use graph_core::cook::{Event, Session, story};
+
+const TAKES: &str = r#"(
+    grimace: 1,
+    params: { "takes": "takes/*.txt", "by": 3.0 },
+    nodes: {
+        "takes": (kind: "read", with: (path: "${takes}")),
+        "solve": (for_each: "takes", graph: "solve.ron", with: (by: "${by}")),
+        "total": (kind: "sum", in: {"series": "solve.series"}),
+        "save":  (kind: "write", in: {"series": "solve.series"}, with: (path: "out/{take}.txt")),
+    },
+)"#;
+
+const SOLVE: &str = r#"(
+    grimace: 1,
+    params: { "by": 1.0 },
+    inputs: { "take": "Series" },
+    outputs: { "series": "blur" },
+    nodes: {
+        "scale": (kind: "scale", in: {"series": "take"}, with: (by: "${by}")),
+        "blur":  (kind: "blur", in: {"series": "scale"}, with: (halo: 2)),
+    },
+)"#;
+
+fn takes() -> Project {
+    let project = Project::new(TAKES);
+    project.write("solve.ron", SOLVE);
+    project.series("takes/a.txt", 100, |t| t as f64);
+    project.series("takes/b.txt", 70, |t| (t * t) as f64);
+    project
+}
+
+#[test]
+fn a_second_cook_does_nothing_and_the_files_are_right() {
+    let project = takes();
+    let first = project.cook();
+    assert_eq!(first.summary.failed, 0, "{:#?}", first.events);
+    assert_eq!((first.summary.cooked, first.summary.cached, first.summary.written), (9, 0, 2));
+    assert_eq!(first.summary.blocks_cooked, 2 * (4 + 3));
+    assert!(project.read("out/a.txt").starts_with("3\n4.5\n6\n9\n"));
+    let again = project.cook();
+    assert_eq!((again.summary.cooked, again.summary.cached, again.summary.written), (0, 9, 0), "{:#?}", again.events);
+    assert_eq!(again.summary.blocks_cached, 2 * (4 + 3));
+}
+
+#[test]
+fn one_more_take_cooks_its_own_cone() {
+    let project = takes();
+    project.cook();
+    project.series("takes/c.txt", 40, |t| -(t as f64));
+    let names = project.cook().names();
+    assert_eq!(names, ["save@c", "solve/blur@c", "solve/scale@c", "takes@c", "total"]);
+    std::fs::remove_file(project.path("takes/c.txt")).unwrap();
+    assert_eq!(project.cook().names(), Vec::<String>::new(), "without it, everything is known again");
+}
+
+#[test]
+fn one_edited_frame_cooks_the_touched_blocks() {
+    let project = takes();
+    project.cook();
+    project.series("takes/a.txt", 100, |t| if t == 40 { -1.0 } else { t as f64 });
+    let cooked = project.cook();
+    let expected = [("save@a", 0), ("solve/blur@a", 1), ("solve/scale@a", 1), ("takes@a", 0), ("total", 0)];
+    assert_eq!(cooked.cooked(), expected.map(|(name, blocks)| (name.to_owned(), blocks)));
+    // Frame 33 lies within the halo of the block before its own.
+    project.series("takes/a.txt", 100, |t| match t {
+        40 => -1.0,
+        33 => 7.0,
+        _ => t as f64,
+    });
+    let cooked = project.cook();
+    assert!(cooked.cooked().contains(&("solve/blur@a".to_owned(), 2)), "{:?}", cooked.cooked());
+    let incremental = project.read("out/a.txt");
+    std::fs::remove_dir_all(project.path("store")).unwrap();
+    project.cook();
+    assert_eq!(project.read("out/a.txt"), incremental);
+}
+
+#[test]
+fn an_equal_result_stops_the_change() {
+    let project = Project::new(
+        r#"(grimace: 1, nodes: {
+            "read":  (kind: "read", with: (path: "a.txt")),
+            "round": (kind: "round", in: {"series": "read"}),
+            "scale": (kind: "scale", in: {"series": "round"}),
+        })"#,
+    );
+    project.series("a.txt", 100, |t| t as f64);
+    project.cook();
+    project.series("a.txt", 100, |t| t as f64 + if t == 50 { 0.1 } else { 0.0 });
+    assert_eq!(project.cook().cooked(), [("read".to_owned(), 0), ("round".to_owned(), 1)]);
+}
+
+#[test]
+fn a_changed_parameter_goes_back_to_known_results() {
+    let project = takes();
+    project.cook();
+    let names = project.cook_with(&["by=4.0"]).names();
+    assert_eq!(names.len(), 7, "{names:?}");
+    assert_eq!(project.cook().summary.cooked, 0, "the store still knows the first results");
+    assert!(project.read("out/a.txt").starts_with("3\n4.5\n"), "and the files follow");
+    assert_eq!(project.cook_with(&["solve.scale.by=5.0"]).summary.cooked, 7);
+}
+
+#[test]
+fn list_outputs_repeat_what_follows() {
+    let project = Project::new(
+        r#"(grimace: 1, nodes: {
+            "read":  (kind: "read", with: (path: "a.txt")),
+            "split": (kind: "split", in: {"series": "read"}),
+            "scale": (kind: "scale", in: {"series": "split"}),
+            "all":   (kind: "sum", in: {"series": "split"}),
+            "total": (kind: "sum", in: {"series": "scale"}),
+            "add":   (kind: "add", in: {"series": "scale", "number": "total"}),
+            "both":  (kind: "sum", in: {"series": ["scale", "add"]}),
+        })"#,
+    );
+    project.series("a.txt", 35, |t| t as f64);
+    let cooked = project.cook();
+    assert_eq!(cooked.summary.failed, 0, "{:#?}", cooked.events);
+    let scaled: Vec<_> = (0..4).map(|run| format!("scale@run{run}")).collect();
+    assert!(scaled.iter().all(|name| cooked.names().contains(name)), "{:?}", cooked.names());
+    let told = |name: &str| {
+        cooked.events.iter().find_map(|event| match event {
+            Event::Cooked { node, outputs, .. } if node == name => outputs.get("number").cloned(),
+            _ => None,
+        })
+    };
+    assert_eq!(told("all").as_deref(), Some("595"));
+    assert_eq!(told("total").as_deref(), Some("1190"));
+    assert_eq!(told("both").as_deref(), Some((1190.0 + 1190.0 + 35.0 * 1190.0).to_string().as_str()));
+    project.series("a.txt", 36, |t| t as f64);
+    let names = project.cook().names();
+    assert!(names.contains(&"scale@run3".to_owned()) && !names.contains(&"scale@run0".to_owned()), "{names:?}");
+}
+
+#[test]
+fn a_failing_item_fails_alone() {
+    let project = takes();
+    project.write("takes/bad.txt", "1\ntwo\n");
+    let cooked = project.cook();
+    assert_eq!((cooked.summary.failed, cooked.summary.written), (1, 2));
+    let failed = cooked.events.iter().find_map(|event| match event {
+        Event::Failed { node, error, place, .. } => Some((node.clone(), error.clone(), place.clone())),
+        _ => None,
+    });
+    let (node, error, place) = failed.unwrap();
+    assert_eq!(node, "takes@bad");
+    assert!(error.contains("`two` is no number"), "{error}");
+    assert!(place.ends_with("graph.ron:5:9"), "{place}");
+    assert!(cooked.events.iter().any(|event| matches!(event, Event::Skipped { node, .. } if node == "total")));
+    project.write("takes/bad.txt", "1\n2\n");
+    let names = project.cook().names();
+    assert_eq!(names, ["save@bad", "solve/blur@bad", "solve/scale@bad", "takes@bad", "total"]);
+}
+
+#[test]
+fn a_panic_fails_alone_too() {
+    let project = takes();
+    let cooked = project.cook_with(&["solve.scale.by=2000.0"]);
+    assert_eq!(cooked.summary.failed, 2, "{:#?}", cooked.events);
+    assert!(
+        cooked
+            .events
+            .iter()
+            .any(|event| matches!(event, Event::Failed { error, .. } if error.contains("far too large")))
+    );
+}
+
+#[test]
+fn damaged_and_vanished_values_are_made_again() {
+    let project = takes();
+    project.cook();
+    let mut packs = Vec::new();
+    for folder in std::fs::read_dir(project.path("store/packs")).unwrap() {
+        packs.extend(std::fs::read_dir(folder.unwrap().path()).unwrap().map(|file| file.unwrap().path()));
+    }
+    for (index, pack) in packs.iter().enumerate() {
+        if index % 2 == 0 {
+            let mut bytes = std::fs::read(pack).unwrap();
+            let last = bytes.len() - 1;
+            bytes[last] ^= 1;
+            std::fs::write(pack, bytes).unwrap();
+        } else {
+            std::fs::remove_file(pack).unwrap();
+        }
+    }
+    assert_eq!(project.cook().summary.cooked, 0, "no value is asked for, so none is missed");
+    let cooked = project.cook_with(&["total.offset=1.0"]);
+    assert_eq!((cooked.names(), cooked.summary.failed), (vec!["total".to_owned()], 0));
+    assert!(cooked.summary.remade > 0);
+    std::fs::remove_dir_all(project.path("out")).unwrap();
+    let cooked = project.cook_with(&["total.offset=1.0"]);
+    assert_eq!((cooked.summary.cooked, cooked.summary.written), (0, 2), "the files are written again");
+}
+
+#[test]
+fn a_copied_project_recooks_nothing() {
+    let project = takes();
+    project.cook();
+    let copy = tempfile::tempdir().unwrap();
+    let status = std::process::Command::new("cp").arg("-r").arg(project.path(".")).arg(copy.path()).status().unwrap();
+    assert!(status.success());
+    let store = graph_core::store::Store::open(&copy.path().join("store")).unwrap();
+    let cooked = common::cook_at(&copy.path().join("graph.ron"), &store, &project.options, &[]);
+    assert_eq!(cooked.summary.cooked, 0, "{:?}", cooked.names());
+}
+
+#[test]
+fn why_follows_a_change_to_its_first_cause() {
+    let project = takes();
+    project.cook();
+    project.series("takes/a.txt", 100, |t| t as f64 + 0.5);
+    project.cook();
+    let session = Session::load(&project.store(), &project.path("graph.ron"));
+    let told = story(&session, "save@a").unwrap();
+    let lines: Vec<&str> = told.lines().map(str::trim).collect();
+    assert_eq!(lines[0], "save@a was cooked in the last run: its input `series` changed");
+    assert_eq!(lines[1], "← solve/blur@a was cooked: its input `series` changed");
+    assert_eq!(lines[2], "← solve/scale@a was cooked: its input `series` changed");
+    assert!(
+        lines[3].starts_with("← takes@a was cooked: its file changed (") && lines[3].ends_with("takes/a.txt)"),
+        "{told}"
+    );
+    assert!(story(&session, "save@b").unwrap().contains("was not cooked in the last run"));
+}
+
+#[test]
+fn a_dry_run_names_the_cause_and_cooks_nothing() {
+    let mut project = takes();
+    project.cook();
+    project.options.dry = true;
+    let cooked = project.cook_with(&["by=9.0"]);
+    let told: Vec<_> = cooked
+        .events
+        .iter()
+        .filter_map(|event| match event {
+            Event::WouldCook { node, because, sure, .. } => Some((node.as_str(), because.as_str(), *sure)),
+            _ => None,
+        })
+        .collect();
+    assert!(told.iter().any(|(node, because, sure)| *node == "solve/scale@a"
+        && because.contains("parameter `by` changed (")
+        && *sure));
+    assert!(
+        told.iter()
+            .any(|(node, because, sure)| *node == "total" && because.contains("may give another result") && !sure)
+    );
+    project.options.dry = false;
+    assert_eq!(project.cook().summary.cooked, 0, "planning changed nothing");
+}
+
+#[test]
+fn a_file_changed_by_hand_is_kept() {
+    let project = takes();
+    project.cook();
+    project.write("out/a.txt", "my own numbers\n");
+    let cooked = project.cook();
+    assert_eq!((cooked.summary.cooked, cooked.summary.written), (0, 1));
+    assert_eq!(project.read("out/a.txt.kept-1"), "my own numbers\n");
+    assert!(project.read("out/a.txt").starts_with("3\n"));
+    let sidecar: serde_json::Value = serde_json::from_str(&project.read("out/a.txt.json")).unwrap();
+    assert_eq!(sidecar["node"], "save@a");
+    assert_eq!(sidecar["sources"].as_object().unwrap().len(), 1);
+}
+
+#[test]
+fn results_are_the_same_for_any_number_of_threads_and_size_of_blocks() {
+    let mut outputs = Vec::new();
+    for (jobs, block_frames) in [(1, 32), (2, 1), (8, 7), (2, 1000)] {
+        let mut project = takes();
+        (project.options.jobs, project.options.block_frames) = (jobs, block_frames);
+        project.cook();
+        outputs.push((project.read("out/a.txt"), project.read("out/b.txt")));
+    }
+    assert!(outputs.iter().all(|output| *output == outputs[0]));
+}
