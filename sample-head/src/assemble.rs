@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Displacements below this are nothing, in metres.
 const STILL_M: f32 = 2e-7;
 /// Linear RGB of the skin.
-const SKIN_COLOUR: [f32; 3] = [0.60, 0.365, 0.27];
+pub const SKIN_COLOUR: [f32; 3] = [0.60, 0.365, 0.27];
 
 /// Where each of the rig's vertices comes from.
 enum Source {

@@ -159,13 +159,13 @@ fn patch(
 
 /// The eyebrows.
 pub fn brows(skin: &Skin, normals: &[Vec3]) -> Piece {
-    patch(skin, normals, ("brows", [0.06, 0.035, 0.025]), (7, 33), |row, column| {
+    patch(skin, normals, ("brows", [0.06, 0.035, 0.025]), (9, 49), |row, column| {
         let x = 11.0 + 40.0 * column;
         let y = 54.5 + 6.2 * (std::f32::consts::PI * column.powf(1.25)).sin() - 1.0 * column;
-        let half = (0.55 + 0.45 * (column / 0.18).min(1.0)) * (3.7 - 3.0 * column.powf(1.6));
+        let half = (column / 0.16 + 0.02).min(1.0).sqrt() * (3.6 - 3.0 * column.powf(1.5));
         let across = row * 2.0 - 1.0;
         // Thickest in the middle, down on the skin at the edges.
-        (Vec2::new(x, y + across * half), 0.05 + 0.9 * (1.0 - across * across))
+        (Vec2::new(x, y + across * half), 0.05 + 0.6 * (1.0 - across * across))
     })
 }
 
@@ -175,7 +175,7 @@ pub fn nostrils(skin: &Skin, normals: &[Vec3], wide: f32) -> Piece {
         let turn = column * std::f32::consts::TAU;
         let reach = 0.02 + 0.98 * (1.0 - row);
         let at =
-            Vec2::new(6.6 * wide + 2.6 * reach * turn.cos(), -11.4 + (1.3 * turn.sin() + 0.2 * turn.cos()) * reach);
+            Vec2::new(6.3 * wide + 2.7 * reach * turn.cos(), -10.6 + (1.2 * turn.sin() - 0.3 * turn.cos()) * reach);
         (at, 0.08)
     })
 }

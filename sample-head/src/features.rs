@@ -96,8 +96,8 @@ const LIPS: [(f32, [f32; 3]); 8] = [
 /// and the lower lip stand out.
 #[rustfmt::skip]
 const LIP_PROFILE: [(f32, [f32; 2]); 10] = [
-    (0.00, [2.0, 1.4]),
-    (0.15, [4.4, 3.9]),
+    (0.00, [1.8, 1.8]),
+    (0.15, [4.4, 4.0]),
     (0.35, [6.1, 6.0]),
     (0.60, [6.5, 6.4]),
     (0.85, [5.9, 4.6]),
@@ -108,12 +108,19 @@ const LIP_PROFILE: [(f32, [f32; 2]); 10] = [
     (3.00, [0.0, 0.0]),
 ];
 
+/// Height of a unit ball over the plane at distance `r` from its middle; past 0.86 it runs out into a cone.
+fn dome(r: f32) -> f32 {
+    const EDGE: f32 = 0.86;
+    let ball = |r: f32| (1.0 - r * r).sqrt();
+    if r <= EDGE { ball(r) } else { ball(EDGE) - (r - EDGE) * EDGE / ball(EDGE) }
+}
+
 impl Features {
     /// The face of `identity`.
     pub fn new(identity: Identity) -> Self {
         let skull = Skull::new(&identity);
         let eye = Vec3::new(identity.eye_x, 35.0, 84.2);
-        let eye_corners = [identity.eye_x - 14.4, identity.eye_x + 14.6];
+        let eye_corners = [identity.eye_x - 14.6, identity.eye_x + 15.2];
         Self { identity, skull, eye, eye_corners }
     }
 
@@ -146,7 +153,7 @@ impl Features {
         // A sine arch whose top is pushed inwards for the upper lid and outwards for the lower.
         let arch = |skew: f32, power: f32| (std::f32::consts::PI * s.powf(skew)).sin().max(0.0).powf(power);
         let open = self.identity.eye_opening;
-        [6.7 * open * arch(0.86, 0.82), 4.4 * open * arch(1.12, 0.85)]
+        [7.1 * open * arch(0.86, 0.82), 4.5 * open * arch(1.12, 0.85)]
     }
 
     /// Chart coordinates bent so that the rows follow lids and lips: the v to use at (u, v).
@@ -165,19 +172,25 @@ impl Features {
         let near_eye = 1.0 - smoothstep(0.0, 20.0, from_eye.abs());
         bent += self.identity.eye_tilt * tilt * near_eye * smoothstep(4.0, inner, u);
 
-        let from_mouth = (v - V_MOUTH).abs();
-        let above = v > V_MOUTH || (v == V_MOUTH && side == Side::Upper);
-        let [upper, lower, line] = self.lip_heights(u);
-        let (height, reach, sign) = if above { (upper, 20.0, 1.0) } else { (lower, 23.0, -1.0) };
-        if from_mouth < reach {
-            let bent_distance = if from_mouth <= LIP_CHART {
-                from_mouth * height / LIP_CHART
-            } else {
-                height + (from_mouth - LIP_CHART) * (reach - height) / (reach - LIP_CHART)
-            };
-            bent += sign * (bent_distance - from_mouth) + line * (1.0 - smoothstep(0.0, 13.0, from_mouth));
-        }
-        bent
+        let [_, _, line] = self.lip_heights(u);
+        let above_mouth = v - V_MOUTH;
+        bent + self.above_mouth(u, v) - above_mouth + line * (1.0 - smoothstep(0.0, 13.0, above_mouth.abs()))
+    }
+
+    /// How far chart coordinates (u, v) lie above (below, where negative) the line between the lips, in millimetres.
+    pub fn above_mouth(&self, u: f32, v: f32) -> f32 {
+        let along = v - V_MOUTH;
+        let [upper, lower, _] = self.lip_heights(u);
+        let (height, reach) = if along > 0.0 { (upper, 20.0) } else { (lower, 23.0) };
+        let from = along.abs();
+        let distance = if from <= LIP_CHART {
+            from * height / LIP_CHART
+        } else if from < reach {
+            height + (from - LIP_CHART) * (reach - height) / (reach - LIP_CHART)
+        } else {
+            from
+        };
+        distance.copysign(along)
     }
 
     /// Where the skin's vertex at chart coordinates (u ≥ 0, v) stands, in millimetres.
@@ -188,10 +201,10 @@ impl Features {
             return at;
         }
         let flat = Vec2::new(at.x, at.y);
-        at += surface.outwards * self.hills(flat);
+        at += surface.outwards * (self.hills(flat) * smoothstep(105.0, 66.0, u));
         at.z = self.over_eye(at);
         at = self.nose(at);
-        at.z += self.lips(u, v, side);
+        at.z += self.lips(u, v, side, flat);
         at
     }
 
@@ -207,9 +220,8 @@ impl Features {
 
     /// Skin near the eye lies on the lids' sphere where that stands before the socket.
     fn over_eye(&self, at: Vec3) -> f32 {
-        let flat = Vec2::new(at.x - self.eye.x, at.y - self.eye.y);
-        let inside = LID_RADIUS * LID_RADIUS - flat.length_squared();
-        if inside <= 0.0 { at.z } else { soft_max(at.z, self.eye.z + inside.sqrt(), 3.0) }
+        let beside = (at - self.eye).truncate().length() / LID_RADIUS;
+        soft_max(at.z, self.eye.z + LID_RADIUS * dome(beside), 4.0)
     }
 
     fn nose(&self, mut at: Vec3) -> Vec3 {
@@ -223,40 +235,34 @@ impl Features {
         // Flanks rise from the cheek to the bridge.
         let flank = 3.4 * gauss(Vec2::new(at.x, at.y), Vec2::new(11.0, 4.0), Vec2::new(6.5, 11.0));
         let base = at.z;
-        let ball = |centre: Vec3, radius: Vec3| {
-            let flat = Vec2::new((at.x - centre.x) / radius.x, (at.y - centre.y) / radius.y);
-            let inside = 1.0 - flat.length_squared();
-            if inside <= 0.0 { 0.0 } else { centre.z + radius.z * inside.sqrt() }
-        };
+        let ball = |centre: Vec3, radius: Vec3| centre.z + radius.z * dome(((at - centre) / radius).truncate().length());
         let wide = self.identity.nose_width;
-        let tip = ball(Vec3::new(0.0, -0.8, 9.5 * self.identity.nose_projection), Vec3::new(9.2 * wide, 8.4, 13.6));
-        let wing = ball(Vec3::new(11.2 * wide, -5.2, 1.0), Vec3::new(7.0 * wide, 7.0, 11.0));
+        let tip = ball(Vec3::new(0.0, -0.6, 10.5 * self.identity.nose_projection), Vec3::new(9.6 * wide, 8.8, 12.8));
+        let wing = ball(Vec3::new(10.8 * wide, -4.6, -1.0), Vec3::new(7.8 * wide, 8.0, 12.0));
         let mut rise = bridge + flank;
-        if tip > 0.0 {
-            rise = soft_max(rise, tip, 5.0);
-        }
-        if wing > 0.0 {
-            rise = soft_max(rise, wing, 1.8);
-        }
+        rise = soft_max(rise, tip, 6.0);
+        rise = soft_max(rise, wing, 3.5);
         // Nostrils: hollows under the wings.
-        let nostril = gauss(Vec2::new(at.x, at.y), Vec2::new(6.4 * wide, -10.2), Vec2::new(2.5, 1.9));
-        rise -= 3.6 * nostril;
+        let nostril = gauss(Vec2::new(at.x, at.y), Vec2::new(6.2 * wide, -9.8), Vec2::new(2.6, 1.8));
+        rise -= 4.5 * nostril;
         at.z = base + rise;
         // The underside leans forward a little: the tip hangs over the lip.
         at.y -= 0.10 * (rise - 4.0).max(0.0) * smoothstep(4.0, -4.0, at.y);
         at
     }
 
-    fn lips(&self, u: f32, v: f32, side: Side) -> f32 {
+    fn lips(&self, u: f32, v: f32, side: Side, flat: Vec2) -> f32 {
         let distance = (v - V_MOUTH).abs() / LIP_CHART;
         if distance > 3.0 {
             return 0.0;
         }
         let above = v > V_MOUTH || (v == V_MOUTH && side == Side::Upper);
-        let profile = interpolate(&LIP_PROFILE, distance)[usize::from(!above)];
         let s = u / self.mouth();
-        let taper = (1.0 - s * s).max(0.0).powf(0.7) * (1.0 - 0.12 * s);
-        let corner = -1.6 * gauss(Vec2::new(u, v), Vec2::new(self.mouth(), V_MOUTH), Vec2::new(4.0, 4.0));
+        let profile = interpolate(&LIP_PROFILE, distance)[usize::from(!above)];
+        // At the corner all rows meet, and the profile's height must not depend on the row.
+        let profile = profile + (3.0 - profile) * smoothstep(0.8, 1.0, s) * (1.0 - smoothstep(1.0, 3.0, distance));
+        let taper = (1.0 - (s / 1.14).powi(2)).max(0.0).powf(1.25);
+        let corner = -1.9 * gauss(flat, Vec2::new(self.mouth() + 0.5, V_MOUTH - 0.9), Vec2::new(4.5, 4.0));
         // The philtrum: a groove with two ridges above the upper lip's middle.
         let philtrum = if above {
             let band = smoothstep(0.7, 1.3, distance) * (1.0 - smoothstep(2.1, 2.9, distance));

@@ -48,7 +48,7 @@ pub const ISOLATIONS: [Pose; 46] = [
     &[("mouthPucker", 0.95)],
     &[("mouthFunnel", 0.95)],
     &[("mouthRollLower", 0.9), ("mouthRollUpper", 0.9)],
-    &[("mouthShrugLower", 0.9), ("mouthShrugUpper", 0.6)],
+    &[("mouthShrugLower", 0.9), ("mouthShrugUpper", 0.8)],
     &[("mouthLeft", 0.9)],
     &[("mouthRight", 0.9)],
 ];

@@ -13,6 +13,7 @@ mod assemble;
 mod brushes;
 mod channels;
 mod decals;
+mod ears;
 mod eyes;
 mod features;
 mod gestures;
@@ -117,6 +118,7 @@ pub fn build(options: &Options) -> Result<SampleHead, SampleHeadError> {
     let normals = normals(&skin);
     let mut pieces = mouth_inside::inside();
     pieces.extend(eyes::eyes(&features, options.density));
+    pieces.extend(ears::ears(&features, assemble::SKIN_COLOUR));
     pieces.push(decals::lips(&skin, &normals, features.mouth()));
     pieces.push(decals::lashes(&skin, &normals, features.eye_corners));
     pieces.push(decals::brows(&skin, &normals));

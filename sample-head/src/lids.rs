@@ -13,6 +13,8 @@ const LOWER_REACH: f32 = 11.0;
 #[derive(Debug, Clone, Copy)]
 struct Column {
     u: f32,
+    /// Where the edges meet, beside the eye's centre, in millimetres.
+    x: f32,
     /// Elevation of the upper and of the lower edge, in radians above the horizontal through the eye.
     upper: f32,
     lower: f32,
@@ -59,6 +61,7 @@ impl Lids {
                 let sphere = (LID_RADIUS * LID_RADIUS - up.x * up.x).max(0.0).sqrt();
                 Column {
                     u: skin.points[*upper as usize].u,
+                    x: 0.5 * (up.x + low.x),
                     upper: up.y.atan2(up.z),
                     lower: low.y.atan2(low.z),
                     radius: sphere.max(0.5 * (up.y.hypot(up.z) + low.y.hypot(low.z))),
@@ -73,7 +76,7 @@ impl Lids {
         let (a, b) = (self.columns.get(next.checked_sub(1)?)?, self.columns[next]);
         let t = (u - a.u) / (b.u - a.u);
         let mix = |x: f32, y: f32| x + (y - x) * t;
-        Some(Column { u, upper: mix(a.upper, b.upper), lower: mix(a.lower, b.lower), radius: mix(a.radius, b.radius) })
+        Some(Column { u, x: mix(a.x, b.x), upper: mix(a.upper, b.upper), lower: mix(a.lower, b.lower), radius: mix(a.radius, b.radius) })
     }
 
     /// How much a point near the left eye belongs to a lid: 1 at its edge, 0 beyond its fold.
@@ -113,6 +116,7 @@ impl Lids {
             _ => radius,
         };
         let elevation = elevation + turn;
-        Vec3::new(out.x, radius * elevation.sin(), radius * elevation.cos()) - out
+        let x = if opening > 1e-4 { out.x + (column.x - out.x) * moved } else { out.x };
+        Vec3::new(x, radius * elevation.sin(), radius * elevation.cos()) - out
     }
 }

@@ -63,17 +63,13 @@ fn eye_turn(channel: &str) -> Option<Quat> {
 impl<'a> Mover<'a> {
     /// Measures skin and lids.
     pub fn new(features: &'a Features, skin: &'a Skin) -> Self {
-        let mouth = features.mouth();
         let outside = |vertex: u32| &skin.points[skin.points[vertex as usize].edge as usize];
         let count = skin.points.len() as u32;
-        let jaw_share = (0..count).map(|vertex| jaw::share(outside(vertex), mouth)).collect();
+        let jaw_share = (0..count).map(|vertex| jaw::share(features, outside(vertex))).collect();
         let lower = (0..count)
             .map(|vertex| {
-                let point = outside(vertex);
-                let up = point.v - V_MOUTH;
-                let up = if up == 0.0 && point.side == Side::Lower { -1e-6 } else { up };
-                let angle = up.atan2(point.u.abs() - mouth) / std::f32::consts::PI;
-                smoothstep(0.6, -0.6, angle)
+                let (along, up) = jaw::from_corner(features, outside(vertex));
+                smoothstep(0.6, -0.6, up.atan2(along) / std::f32::consts::PI)
             })
             .collect();
         Self { features, skin, lids: Lids::new(features, skin), jaw_share, lower }

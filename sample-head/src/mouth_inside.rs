@@ -28,9 +28,11 @@ fn teeth(name: &'static str, upper: bool) -> Piece {
             Some(*sum)
         }))
         .collect();
-    let (gum_y, edge_y, inset) = if upper { (-24.0, -36.2, 0.0) } else { (-48.0, -37.4, 2.6) };
+    let (gum_y, edge_y, inset) = if upper { (-24.0, -38.0, 0.0) } else { (-48.0, -36.8, 3.6) };
     let (points, mut triangles, uvs) = sheet(13, columns, |row, column| {
-        let place = (column * 2.0 - 1.0).abs() * widths.len() as f32;
+        // Whole steps, so that both halves meet the teeth's bounds alike.
+        let steps = (widths.len() * steps_per_tooth) as f32;
+        let place = ((column * 2.0 - 1.0).abs() * steps).round() / steps_per_tooth as f32;
         let tooth = (place as usize).min(widths.len() - 1);
         let within = place - tooth as f32;
         let t = (column * 2.0 - 1.0).signum() * (bounds[tooth] + (bounds[tooth + 1] - bounds[tooth]) * within);
@@ -56,7 +58,7 @@ fn teeth(name: &'static str, upper: bool) -> Piece {
 
 /// The gum before one row of teeth.
 fn gums(name: &'static str, upper: bool) -> Piece {
-    let (near, far, inset) = if upper { (-26.2, -14.0, 0.3) } else { (-46.2, -57.0, 2.9) };
+    let (near, far, inset) = if upper { (-26.2, -14.0, 0.3) } else { (-46.2, -57.0, 3.9) };
     let (points, mut triangles, uvs) = sheet(9, 57, |row, column| {
         let t = column * 2.0 - 1.0;
         // Scallops between the teeth.
@@ -79,7 +81,7 @@ fn tongue() -> Piece {
     let (points, triangles, uvs) = sheet(17, 25, |row, column| {
         // Row along the tongue from back to tip, column around it.
         let along = row;
-        let turn = column * 2.0 * PI;
+        let turn = (column - 0.25) * 2.0 * PI;
         let tip = (1.0 - along.powi(6)).max(0.0).sqrt();
         let (half_width, half_height) = (17.0 * tip * (0.85 + 0.15 * (1.0 - along)), 6.5 * tip);
         let groove = -1.6 * (-((turn - PI * 0.5) / 0.35).powi(2)).exp() * (1.0 - along * 0.7);
@@ -94,9 +96,9 @@ fn tongue() -> Piece {
 fn cavity() -> Piece {
     let mut share = Vec::new();
     let (points, triangles, uvs) = sheet(15, 41, |row, column| {
-        let turn = column * 2.0 * PI;
+        let turn = (column - 0.25) * 2.0 * PI;
         let deep = row;
-        let size = (1.0 - deep * deep).max(0.0).sqrt() * 0.92 + 0.08;
+        let size = (1.0 - deep * deep).max(0.0).sqrt();
         let (x, y) = (30.0 * size * turn.cos(), -36.0 + 20.0 * size * turn.sin());
         Vec3::new(x, y, 98.0 - 60.0 * deep - x * x / 26.0)
     });

@@ -75,7 +75,7 @@ fn run(out: &mut Vec<f32>, low: f32, high: f32, count: f32, density: f32) {
 fn columns(features: &Features, density: f32) -> Vec<f32> {
     let [inner, outer] = features.eye_corners;
     let mut out = Vec::new();
-    run(&mut out, 0.0, inner, 10.0, density);
+    run(&mut out, 0.0, inner, 13.0, density);
     run(&mut out, inner, features.mouth(), 6.0, density);
     run(&mut out, features.mouth(), outer, 15.0, density);
     run(&mut out, outer, 60.0, 7.0, density);
@@ -159,7 +159,7 @@ impl<'a> Builder<'a> {
         }
         // A hair's breadth keeps closed lips from standing in one another.
         if v == V_MOUTH && self.is_slit(u, v) {
-            at.y += if side == Side::Upper { 0.06 } else { -0.06 };
+            at.y += if side == Side::Upper { 0.02 } else { -0.02 };
         }
         let uv = [0.5 + 0.5 * u / U_BACK, (V_HIGH - v) / (V_HIGH - V_LOW)];
         let edge = self.points.len() as u32;

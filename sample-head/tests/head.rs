@@ -111,7 +111,7 @@ fn left_and_right_channels_are_mirror_images() {
 /// that come together when it shuts.
 fn lid_landmarks(head: &SampleHead, first: usize) -> [(u32, u32); 2] {
     let l = |i: usize| head.landmarks[first + i];
-    if first == 36 { [(l(1), l(5)), (l(2), l(4))] } else { [(l(1), l(5)), (l(2), l(4))] }
+    [(l(1), l(5)), (l(2), l(4))]
 }
 
 #[test]
@@ -273,7 +273,7 @@ fn triangles_face_outwards() {
         let points = &rig.neutral[part.vertices.start as usize..part.vertices.end as usize];
         let mean = points.iter().sum::<Vec3>() / points.len() as f32;
         let middle = match part.name.as_str() {
-            "eyeball_L" | "eyeball_R" | "tongue" => mean,
+            "eyeball_L" | "eyeball_R" | "tongue" | "mouth_cavity" | "ear_L" | "ear_R" => mean,
             _ => Vec3::new(0.0, mean.y, 0.0),
         };
         for corners in &part.triangles {
