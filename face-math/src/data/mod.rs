@@ -5,6 +5,7 @@ mod curves;
 mod features;
 mod image;
 mod markers;
+mod meshes;
 mod regions;
 mod rig;
 
@@ -13,6 +14,7 @@ pub use curves::Curves;
 pub use features::{FeatureSet, Features, RegionFeatures};
 pub use image::Image;
 pub use markers::Markers;
+pub use meshes::Meshes;
 pub use regions::{Region, Regions};
 pub use rig::{Driver, JawMotion, JawSkin, Part, Rig, Shape};
 
