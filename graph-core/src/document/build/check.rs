@@ -116,10 +116,7 @@ impl<'a> Checker<'a> {
                 let fits = bound("minLength").is_none_or(|least| count >= least)
                     && bound("maxLength").is_none_or(|most| count <= most);
                 if !fits {
-                    let expected = match schema.expected(name) {
-                        any if any == "a string" => "a string of a fitting length (an empty one is none)".to_owned(),
-                        other => other,
-                    };
+                    let expected = schema.expected(name);
                     self.wrong("out-of-range", part, name, &expected);
                 }
             }
@@ -154,7 +151,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Whether `part` is written as `()`, which may be a struct or a list without anything in it.
-    fn is_unit(&self, part: &Part<'_>) -> bool {
+    pub fn is_unit(&self, part: &Part<'_>) -> bool {
         let text = self.source.text.get(part.span.start..);
         part.written.is_some() && text.is_some_and(|text| text.starts_with('('))
     }

@@ -11,7 +11,8 @@ impl Checker<'_> {
     /// Checks `part` against `alternatives`, and gives it as JSON.
     pub fn choice(&mut self, alternatives: &[Schema<'_>], part: &Part<'_>, name: &str) -> Value {
         let allows_nothing = alternatives.iter().any(|schema| schema.types().contains(&"null"));
-        if allows_nothing && *part.value == Resolved::Nothing {
+        let is_empty_struct = self.is_unit(part) && alternatives.iter().any(|schema| schema.allows("object"));
+        if allows_nothing && *part.value == Resolved::Nothing && !is_empty_struct {
             return Value::Null;
         }
         let plain: Vec<&str> = alternatives.iter().flat_map(|schema| schema.names()).collect();
@@ -121,7 +122,7 @@ impl Checker<'_> {
 /// Whether `value` is of a type that `schema` allows.
 fn may_fit(schema: Schema<'_>, value: &Resolved) -> bool {
     match value {
-        Resolved::Nothing => schema.allows("null"),
+        Resolved::Nothing => ["null", "object", "array"].into_iter().any(|name| schema.allows(name)),
         Resolved::Bool(_) => schema.allows("boolean"),
         Resolved::Integer(_) => schema.allows("integer") || schema.allows("number"),
         Resolved::Number(_) => schema.allows("number"),

@@ -13,6 +13,7 @@ use super::scope::{GivenParam, Resolved, Written};
 use super::{Diagnostic, Literal, Source, Spanned};
 use crate::node::{Node, kinds};
 use check::{Checker, Part};
+pub(crate) use schema::Schema;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
@@ -43,10 +44,32 @@ pub fn build_node(
     };
     let mut checker = Checker::new(schema, source);
     let parameters = parameters(&mut checker, kind_name, with);
+    missing(&mut checker, kind_name, with);
     if !checker.mistakes.is_empty() {
-        return Err(checker.mistakes);
+        return Err(in_order(checker.mistakes));
     }
     make(name, parameters.clone()).map_err(|error| vec![residual(&error, kind_name, with, &parameters, source)])
+}
+
+/// The mistakes in the parameters `with` of the kind `kind_name`, where others could not even be resolved, so that a
+/// node cannot be made.
+pub(super) fn check_parameters(
+    kind_name: &Spanned<String>,
+    with: &BTreeMap<String, GivenParam<'_>>,
+    source: &Arc<Source>,
+) -> Vec<Diagnostic> {
+    let Some(schema) = SCHEMAS.get(kind_name.value.as_str()) else {
+        return build_node(kind_name, with, source).err().unwrap_or_default();
+    };
+    let mut checker = Checker::new(schema, source);
+    parameters(&mut checker, kind_name, with);
+    in_order(checker.mistakes)
+}
+
+/// Mistakes in the order of the file, those of the command line first.
+fn in_order(mut mistakes: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    mistakes.sort_by_key(|mistake| mistake.place.as_ref().map(|(place, _)| place.span));
+    mistakes
 }
 
 fn make(kind: &str, parameters: Map<String, Value>) -> Result<Box<dyn Node>, serde_json::Error> {
@@ -82,6 +105,13 @@ fn parameters(
         }
     }
     checker.command_line = None;
+    values
+}
+
+/// Reports the parameters that must be given and are not.
+fn missing(checker: &mut Checker<'_>, kind: &Spanned<String>, with: &BTreeMap<String, GivenParam<'_>>) {
+    let schema = checker.root();
+    let known = schema.properties();
     for name in schema.required().filter(|name| !with.contains_key(*name)) {
         let expected = known.iter().find(|(known, _)| *known == name).map(|(_, property)| property.expected(name));
         let message = format!("`{}` needs the parameter `{name}`", kind.value);
@@ -91,7 +121,6 @@ fn parameters(
             None => format!("add `{name}` to `with`"),
         });
     }
-    values
 }
 
 /// What serde found wrong that the schema does not say, at the parameter that is wrong by itself, where one is.

@@ -4,7 +4,7 @@ use serde_json::{Map, Value};
 
 /// A schema within the schema of a kind.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Schema<'a> {
+pub(crate) struct Schema<'a> {
     root: &'a Value,
     here: &'a Value,
 }
@@ -159,8 +159,7 @@ impl<'a> Schema<'a> {
         match name {
             "number" => self.expected_number("a number", parameter),
             "integer" => self.expected_number("a whole number", parameter),
-            "string" if self.get("maxLength").and_then(Value::as_u64) == Some(1) => "one character".to_owned(),
-            "string" => "a string".to_owned(),
+            "string" => self.expected_text(),
             "boolean" => "true or false".to_owned(),
             "array" => self.expected_list(),
             "object" => match self.properties() {
@@ -175,10 +174,21 @@ impl<'a> Schema<'a> {
         }
     }
 
+    fn expected_text(self) -> String {
+        let count = |key: &str| self.get(key).and_then(Value::as_u64);
+        match (count("minLength"), count("maxLength")) {
+            (Some(1), Some(1)) => "one character".to_owned(),
+            (None | Some(0), None) => "a string".to_owned(),
+            (Some(1), None) => "a string that is not empty".to_owned(),
+            (Some(least), None) => format!("a string of at least {least} characters"),
+            (least, Some(most)) => format!("a string of {} to {most} characters", least.unwrap_or(0)),
+        }
+    }
+
     fn expected_number(self, what: &str, parameter: &str) -> String {
         let unit = unit(parameter).map_or(String::new(), |unit| format!(" {unit}"));
         match self.bounds() {
-            (None, None) => format!("{what}{}", if unit.is_empty() { unit } else { format!(" of{unit}") }),
+            (None, None) => format!("{what}{}", if unit.is_empty() { unit } else { format!(" in{unit}") }),
             (Some((least, false)), Some((most, false))) => format!("{what} between {least} and {most}{unit}"),
             (least, most) => {
                 let least =

@@ -1,17 +1,36 @@
 //! Reading maps and strings out of literals, with their typical mistakes reported.
 
 use super::Reader;
-use crate::document::nearest::nearest_or_all;
+use crate::document::nearest::{did_you_mean, nearest_or_all};
 use crate::document::{Literal, Span, Spanned};
 use std::collections::BTreeMap;
 
 /// The fields of a graph or of a node.
-pub(super) struct Fields(BTreeMap<String, (Span, Spanned<Literal>)>);
+pub(super) struct Fields {
+    known: BTreeMap<String, (Span, Spanned<Literal>)>,
+    /// Fields that unknown ones were probably meant to be.
+    meant: Vec<String>,
+}
 
 impl Fields {
-    /// Takes a field: where its name stands, and its value.
-    pub fn take(&mut self, name: &str) -> Option<(Span, Spanned<Literal>)> {
-        self.0.remove(name)
+    /// Takes a field.
+    pub fn take(&mut self, name: &str) -> Option<Spanned<Literal>> {
+        self.known.remove(name).map(|(_, value)| value)
+    }
+
+    /// Where a field's name stands.
+    pub fn span(&self, name: &str) -> Option<Span> {
+        self.known.get(name).map(|(span, _)| *span)
+    }
+
+    /// Takes a field that may as well be `None`.
+    pub fn take_some(&mut self, name: &str) -> Option<Spanned<Literal>> {
+        self.take(name).filter(|value| value.value != Literal::Nothing)
+    }
+
+    /// Whether an unknown field was probably meant to be `name`.
+    pub fn has_misspelt(&self, name: &str) -> bool {
+        self.meant.iter().any(|meant| meant == name)
     }
 }
 
@@ -23,17 +42,18 @@ impl Reader {
             self.report("wrong-type", value.span, format!("{what} must be ( … ) with named fields, found {found}"));
             return None;
         }
-        let mut fields = BTreeMap::new();
+        let mut fields = Fields { known: BTreeMap::new(), meant: Vec::new() };
         for (name, value) in self.entries(value, what, "field") {
             if known.contains(&name.value.as_str()) {
-                fields.insert(name.value, (name.span, value));
+                fields.known.insert(name.value, (name.span, value));
             } else {
+                fields.meant.extend(did_you_mean(&name.value, known.iter().copied()));
                 let help = nearest_or_all("fields", &name.value, known.iter().copied());
                 let message = format!("{what} has no field `{}`", name.value);
                 self.report("unknown-field", name.span, message).help = help;
             }
         }
-        Some(Fields(fields))
+        Some(fields)
     }
 
     /// The entries of the map `value`, each name once; `thing` is what a name stands for.
@@ -103,6 +123,11 @@ impl Reader {
         let last = self.mistakes.len() - 1;
         &mut self.mistakes[last]
     }
+}
+
+/// A name as messages show it.
+pub(super) fn quoted(name: &str) -> String {
+    if name.is_empty() { "an empty text".to_owned() } else { format!("`{name}`") }
 }
 
 /// A value as messages name it.

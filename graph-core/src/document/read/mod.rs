@@ -5,12 +5,14 @@ mod entry;
 mod fields;
 
 #[cfg(test)]
+mod recovery;
+#[cfg(test)]
 mod tests;
 
 use super::ron::parse;
 use super::{Diagnostic, Entry, Graph, GraphInput, Literal, Source, Span, Spanned};
-use fields::Fields;
 pub(super) use fields::shown;
+use fields::{Fields, quoted};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -27,9 +29,8 @@ pub fn read(source: Arc<Source>) -> (Option<Graph>, Vec<Diagnostic>) {
     });
     let mut reader = Reader { mistakes: mistakes.collect(), source, sound };
     let graph = parsed.value.and_then(|value| reader.graph(value));
-    if graph.is_none() && reader.mistakes.is_empty() {
-        let span = Span { start: 0, end: 0 };
-        reader.report("syntax", span, "the file is empty").help = Some(EXAMPLE.to_owned());
+    if let (None, [only]) = (&graph, reader.mistakes.as_mut_slice()) {
+        only.help.get_or_insert_with(|| EXAMPLE.to_owned());
     }
     reader.mistakes.sort_by_key(|mistake| mistake.place.as_ref().map(|(place, _)| place.span));
     (graph, reader.mistakes)
@@ -52,34 +53,24 @@ impl Reader {
         &mut self.mistakes[index]
     }
 
-    fn missing(&mut self, span: Span, message: &str, help: &str) {
-        if self.sound {
-            let first = Span { start: span.start, end: span.end.min(span.start + 1) };
-            self.report("missing-field", first, message).help = Some(help.to_owned());
-        }
-    }
-
     fn graph(&mut self, value: Spanned<Literal>) -> Option<Graph> {
         let span = value.span;
-        let found = shown(&value.value);
-        let Some(mut fields) = self.fields(value, "the graph", &GRAPH_FIELDS) else {
-            let help = format!("found {found}; {EXAMPLE}");
-            if let Some(mistake) = self.mistakes.last_mut() {
-                mistake.help = Some(help);
-            }
-            return None;
-        };
-        if let Some((_, version)) = fields.take("grimace") {
+        let mut fields = self.fields(value, "the graph", &GRAPH_FIELDS)?;
+        if let Some(version) = fields.take("grimace") {
             self.version(&version);
         }
-        let doc = fields.take("doc").and_then(|(_, doc)| self.text(doc, "`doc`")).map(|doc| doc.value);
+        let doc = fields.take_some("doc").and_then(|doc| self.text(doc, "`doc`")).map(|doc| doc.value);
         let params = self.params(&mut fields);
         let inputs = self.inputs(&mut fields);
         let outputs = self.outputs(&mut fields);
         let nodes = match fields.take("nodes") {
-            Some((_, nodes)) => self.nodes(nodes),
+            Some(nodes) => self.nodes(nodes),
             None => {
-                self.missing(span, "the graph has no `nodes`", "add `nodes: { … }`, or `nodes: {}` for none");
+                if self.sound && !fields.has_misspelt("nodes") {
+                    let first = Span { start: span.start, end: span.start + 1 };
+                    self.report("missing-field", first, "the graph has no `nodes`").help =
+                        Some("add `nodes: { … }`, or `nodes: {}` for none".to_owned());
+                }
                 BTreeMap::new()
             }
         };
@@ -100,12 +91,12 @@ impl Reader {
     }
 
     fn params(&mut self, fields: &mut Fields) -> BTreeMap<String, Spanned<Literal>> {
-        let Some((_, params)) = fields.take("params") else { return BTreeMap::new() };
+        let Some(params) = fields.take("params") else { return BTreeMap::new() };
         let entries = self.entries(params, "`params`", "parameter");
         let mut known = BTreeMap::new();
         for (name, value) in entries {
             if name.value.is_empty() || name.value.contains(['}', '{', '.', '=']) || name.value.starts_with("ENV:") {
-                let message = format!("`{}` cannot name a parameter", name.value);
+                let message = format!("{} cannot name a parameter", quoted(&name.value));
                 self.report("bad-name", name.span, message).help = Some("use letters, digits, `_` and `-`".to_owned());
             }
             self.repeated_keys(&value);
@@ -115,7 +106,7 @@ impl Reader {
     }
 
     fn inputs(&mut self, fields: &mut Fields) -> BTreeMap<String, GraphInput> {
-        let Some((_, inputs)) = fields.take("inputs") else { return BTreeMap::new() };
+        let Some(inputs) = fields.take("inputs") else { return BTreeMap::new() };
         let mut known = BTreeMap::new();
         for (name, value) in self.entries(inputs, "`inputs`", "input") {
             let Some(text) = self.text(value, &format!("the type of input `{}`", name.value)) else { continue };
@@ -131,7 +122,7 @@ impl Reader {
     }
 
     fn outputs(&mut self, fields: &mut Fields) -> BTreeMap<String, Spanned<String>> {
-        let Some((_, outputs)) = fields.take("outputs") else { return BTreeMap::new() };
+        let Some(outputs) = fields.take("outputs") else { return BTreeMap::new() };
         let mut known = BTreeMap::new();
         for (name, value) in self.entries(outputs, "`outputs`", "output") {
             if let Some(from) = self.text(value, &format!("output `{}`", name.value)) {
@@ -146,7 +137,7 @@ impl Reader {
         for (name, value) in self.entries(nodes, "`nodes`", "node") {
             let reserved = |c: char| c.is_whitespace() || c.is_control() || "./@,:={}$\"'*?[]#".contains(c);
             if name.value.is_empty() || name.value.contains(reserved) {
-                let message = format!("`{}` cannot name a node", name.value);
+                let message = format!("{} cannot name a node", quoted(&name.value));
                 self.report("bad-name", name.span, message).help =
                     Some("use letters, digits, `_` and `-`; `.` goes before ports and `/` before nested nodes".into());
             }

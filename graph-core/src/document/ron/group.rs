@@ -1,6 +1,6 @@
 //! Groups: what stands between brackets, and how the parser finds back after a bracket, comma or colon is missing.
 
-use super::lexer::{Bracket, Lexeme};
+use super::lexer::{Bracket, Lexeme, is_name};
 use super::parser::Parser;
 use super::text::shown;
 use crate::document::{Literal, Span, Spanned};
@@ -57,13 +57,15 @@ impl Parser<'_> {
             Lexeme::Close(closing) => {
                 let enclosing = &self.open[..self.open.len() - 1];
                 let belongs_outside = enclosing.iter().any(|(open, _)| *open == closing);
-                if belongs_outside && !self.is_one_too_many() {
+                if belongs_outside && !self.balances_from(self.at + 1) {
                     self.unclosed(bracket);
                     return true;
                 }
                 let span = self.next().span;
-                let message = format!("expected `{}` or more, found `{}`", bracket.close(), closing.close());
+                let message = format!("expected `{}`, found `{}`", bracket.close(), closing.close());
                 self.error(span, message).label = "closes nothing".to_owned();
+                // What follows is as if the bracket were not there.
+                self.take(&Lexeme::Comma);
                 false
             }
             Lexeme::End => {
@@ -75,7 +77,10 @@ impl Parser<'_> {
             Lexeme::Text(_) | Lexeme::Name(_) if *self.second() == Lexeme::Colon => {
                 let wanted = if matches!(self.peek(), Lexeme::Text(_)) { Bracket::Curly } else { Bracket::Round };
                 let outer = self.open.len().checked_sub(2).map(|outer| self.open[outer].0);
-                let missing = bracket != wanted && outer == Some(wanted) && (has_fields || bracket == Bracket::Square);
+                let missing = bracket != wanted
+                    && outer == Some(wanted)
+                    && (has_fields || bracket == Bracket::Square)
+                    && !self.balances_from(self.at);
                 if missing {
                     self.unclosed(bracket);
                 }
@@ -88,6 +93,9 @@ impl Parser<'_> {
     fn unclosed(&mut self, bracket: Bracket) {
         let Some((_, opening)) = self.open.last().copied() else { return };
         let before = if *self.peek() == Lexeme::End {
+            if self.hidden_rest {
+                return;
+            }
             self.error(opening, format!("this `{}` is never closed", bracket.open()))
         } else {
             let line = self.source[..self.span().start].matches('\n').count() + 1;
@@ -103,14 +111,14 @@ impl Parser<'_> {
         format!("`{}`", shown(&self.source[self.span().start..self.span().end]))
     }
 
-    /// Whether the text balances once the closing bracket here is left out.
-    fn is_one_too_many(&mut self) -> bool {
+    /// Whether every bracket that is open here is closed by the tokens from `from` on, and every bracket there too.
+    fn balances_from(&mut self, from: usize) -> bool {
         if self.looks_ahead == 0 {
             return false;
         }
         self.looks_ahead -= 1;
         let mut open: Vec<Bracket> = self.open.iter().map(|(bracket, _)| *bracket).collect();
-        for token in &self.tokens[self.at + 1..] {
+        for token in &self.tokens[from..] {
             match token.lexeme {
                 Lexeme::Open(bracket) => open.push(bracket),
                 Lexeme::Close(bracket) if open.pop() != Some(bracket) => return false,
@@ -134,8 +142,16 @@ impl Parser<'_> {
             self.error(span, format!("expected {what} or `{}`, found `,`", bracket.close()));
             return;
         }
-        let is_key = matches!(self.second(), Lexeme::Colon | Lexeme::Sign('='))
-            && matches!(self.peek(), Lexeme::Text(_) | Lexeme::Name(_) | Lexeme::Number(_) | Lexeme::Broken);
+        let is_key = match self.second() {
+            Lexeme::Colon | Lexeme::Sign('=') => {
+                matches!(self.peek(), Lexeme::Text(_) | Lexeme::Name(_) | Lexeme::Number(_) | Lexeme::Broken)
+            }
+            // `(nodes { … })`: a name with its `:` missing.
+            Lexeme::Open(Bracket::Curly | Bracket::Square) | Lexeme::Text(_) | Lexeme::Number(_) => {
+                bracket == Bracket::Round && matches!(self.peek(), Lexeme::Name(_))
+            }
+            _ => false,
+        };
         if is_key || bracket == Bracket::Curly {
             let first = fields.is_empty() && items.is_empty();
             if bracket == Bracket::Round && !items.is_empty() && styles.insert("mixed") {
@@ -174,6 +190,11 @@ impl Parser<'_> {
         first: bool,
         styles: &mut BTreeSet<&'static str>,
     ) -> (bool, Option<Spanned<String>>) {
+        let written = &self.source[self.span().start..self.span().end];
+        if bracket == Bracket::Round && matches!(self.peek(), Lexeme::Number(_)) && is_name(written) {
+            // `inf` and `NaN` are names before a `:`.
+            self.tokens[self.at].lexeme = Lexeme::Name(written.to_owned());
+        }
         let starts_bare = matches!(self.peek(), Lexeme::Name(_));
         let key = self.value();
         let end = self.end();

@@ -87,16 +87,30 @@ pub(super) struct Lexed {
     /// The tokens; the last is [`Lexeme::End`].
     pub tokens: Vec<Token>,
     pub errors: Vec<SyntaxError>,
-    /// Where strings begin that go over several lines.
-    pub long_strings: Vec<usize>,
+    /// Where strings begin that may lack their closing quote: those that go over several lines, and those before them
+    /// in the same line.
+    pub suspects: Vec<usize>,
     /// Whether the text ends within a string.
     pub open_string: bool,
+    /// Whether a comment or raw string without an end hides the rest of the text.
+    pub hidden_rest: bool,
 }
 
-/// Cuts `source` into tokens. The string that begins at `cut` is taken to end with its line.
-pub(super) fn lex(source: &str, cut: Option<usize>) -> Lexed {
-    let out = Lexed { tokens: Vec::new(), errors: Vec::new(), long_strings: Vec::new(), open_string: false };
-    let mut lexer = Lexer { source, at: 0, cut, out };
+/// A string that is taken to lack its closing quote.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Cut {
+    /// Where it begins.
+    pub start: usize,
+    /// Whether it goes to the end of its line, or only to the next comma or closing bracket.
+    pub whole_line: bool,
+}
+
+/// Cuts `source` into tokens, with the string `cut` taken to lack its closing quote.
+pub(super) fn lex(source: &str, cut: Option<Cut>) -> Lexed {
+    let out =
+        Lexed { tokens: Vec::new(), errors: Vec::new(), suspects: Vec::new(), open_string: false, hidden_rest: false };
+    let last_comment_end = source.rfind("*/");
+    let mut lexer = Lexer { source, at: 0, cut, strings_of_line: Vec::new(), last_comment_end, out };
     lexer.at = if source.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     while lexer.token() {}
     let end = source.len();
@@ -107,7 +121,9 @@ pub(super) fn lex(source: &str, cut: Option<usize>) -> Lexed {
 struct Lexer<'a> {
     source: &'a str,
     at: usize,
-    cut: Option<usize>,
+    cut: Option<Cut>,
+    strings_of_line: Vec<usize>,
+    last_comment_end: Option<usize>,
     out: Lexed,
 }
 
@@ -142,7 +158,7 @@ impl Lexer<'_> {
             ',' => self.push(Lexeme::Comma, after),
             ':' => self.push(Lexeme::Colon, after),
             '=' | ';' | '#' | '!' => self.push(Lexeme::Sign(first), after),
-            '"' => self.string(1),
+            '"' => self.string(),
             '\'' => self.character(),
             '\u{201c}' | '\u{201d}' | '\u{201e}' => self.curly_quotes(after),
             _ => self.prefixed_or_word(),
@@ -161,6 +177,7 @@ impl Lexer<'_> {
                 if let Some(length) = block_comment(self.rest()) {
                     self.at += length;
                 } else {
+                    self.out.hidden_rest = true;
                     let error = self.error(self.at + 2, "this comment is never closed");
                     error.label = "opened here".to_owned();
                     error.help = Some(
@@ -174,35 +191,43 @@ impl Lexer<'_> {
         }
     }
 
-    /// A string whose content begins `prefix` bytes after here.
-    fn string(&mut self, prefix: usize) {
+    /// A string.
+    fn string(&mut self) {
         let start = self.at;
-        let body = &self.source[start + prefix..];
-        let length = if self.cut == Some(start) { None } else { text::closing_quote(body) };
-        let Some(length) = length else { return self.open_string(prefix) };
-        let body = &body[..length];
-        if body.contains('\n') {
-            self.out.long_strings.push(start);
-        }
-        let value = text::unescape(body, start + prefix, &mut self.out.errors);
-        self.push(Lexeme::Text(value), start + prefix + length + 1);
+        let body = &self.source[start + 1..];
+        let cut = self.cut.filter(|cut| cut.start == start);
+        let length = if cut.is_some() { None } else { text::closing_quote(body) };
+        self.suspect(length.is_none_or(|length| body[..length].contains('\n')));
+        let Some(length) = length else { return self.open_string(cut) };
+        let value = text::unescape(&body[..length], start + 1, &mut self.out.errors);
+        self.push(Lexeme::Text(value), start + 1 + length + 1);
     }
 
-    /// A string without an end: taken to end with its line, before the brackets and commas there.
-    fn open_string(&mut self, prefix: usize) {
-        let start = self.at;
-        if self.cut != Some(start) {
-            self.out.open_string = true;
-            self.out.long_strings.push(start);
+    /// Notes that a string begins here; where it is a `long` one, it and those before it in its line are suspects.
+    fn suspect(&mut self, long: bool) {
+        if self.strings_of_line.last().is_some_and(|before| self.source[*before..self.at].contains('\n')) {
+            self.strings_of_line.clear();
         }
-        let body = &self.source[start + prefix..];
-        let line = body.lines().next().unwrap_or("");
-        let content = line.trim_end_matches(|c: char| is_blank(c) || matches!(c, ')' | ']' | '}' | ','));
-        let end = start + prefix + content.len();
+        self.strings_of_line.push(self.at);
+        if long {
+            self.out.suspects.append(&mut self.strings_of_line);
+        }
+    }
+
+    /// A string without an end: taken to end with its line, before the brackets and commas there, or before the first
+    /// of these.
+    fn open_string(&mut self, cut: Option<Cut>) {
+        let start = self.at;
+        self.out.open_string |= cut.is_none();
+        let line = self.source[start + 1..].lines().next().unwrap_or("");
+        let content = match cut {
+            Some(Cut { whole_line: false, .. }) => line.split(ends_part).next().unwrap_or(""),
+            _ => line.trim_end_matches(|c: char| is_blank(c) || ends_part(c)),
+        };
+        let end = start + 1 + content.len();
         let error = self.error(end, "this string is never closed");
         error.label = "a `\"` is missing at its end".to_owned();
-        let value = content.to_owned();
-        self.push(Lexeme::Text(value), end);
+        self.push(Lexeme::Text(content.to_owned()), end);
     }
 
     /// `r"…"`, `r#"…"#`: the string has `hashes` signs on either side.
@@ -215,6 +240,7 @@ impl Lexer<'_> {
             let value = body[..length].to_owned();
             self.push(Lexeme::Text(value), content_start + length + closing.len());
         } else {
+            self.out.hidden_rest = true;
             let error = self.error(content_start, "this raw string is never closed");
             error.help = Some(format!("close it with `{closing}`"));
             self.push(Lexeme::Broken, self.source.len());
@@ -233,8 +259,11 @@ impl Lexer<'_> {
                 self.push(Lexeme::Text(value), end);
             }
             Err(text::NoCharacter::Open) => {
-                self.error(start + 1, "this character is never closed").label = "a `'` is missing".to_owned();
-                self.push(Lexeme::Broken, start + 1);
+                let content = line.split(ends_part).next().unwrap_or("").trim_end().to_owned();
+                let end = start + 1 + content.len();
+                let error = self.error(end, "strings stand in double quotes, and this one is never closed");
+                error.help = Some(format!("write \"{content}\""));
+                self.push(Lexeme::Text(content), end);
             }
             Err(text::NoCharacter::Escape(error, length)) => {
                 self.out.errors.push(error);
@@ -292,9 +321,11 @@ impl Lexer<'_> {
     fn word(&mut self) {
         let rest = self.rest();
         let mut length = rest.find(ends_word).unwrap_or(rest.len());
-        for comment in ["//", "/*"] {
-            length = length.min(rest.find(comment).unwrap_or(length));
-        }
+        let word = &rest[..length];
+        length = length.min(word.find("//").unwrap_or(length));
+        // `takes/*.c3d`: what looks like a comment is none where nothing closes it.
+        let comment = word.find("/*").filter(|offset| self.last_comment_end > Some(self.at + offset + 1));
+        length = length.min(comment.unwrap_or(length));
         let word = rest[..length].to_owned();
         let end = self.at + length;
         if number::is_like(&word) {
@@ -325,6 +356,11 @@ fn is_blank(c: char) -> bool {
 
 fn ends_word(c: char) -> bool {
     is_blank(c) || "()[]{},:=;#!\"'\u{201c}\u{201d}".contains(c)
+}
+
+/// What may stand after a value.
+fn ends_part(c: char) -> bool {
+    matches!(c, ',' | ')' | ']' | '}')
 }
 
 fn is_raw_name(c: char) -> bool {

@@ -1,13 +1,13 @@
 //! From tokens to a [`Literal`] with places. After a mistake the parser goes on where the text makes sense again.
 
 use super::group::Group;
-use super::lexer::{Bracket, Lexed, Lexeme, SyntaxError, Token, lex};
+use super::lexer::{Bracket, Cut, Lexed, Lexeme, SyntaxError, Token, lex};
 use super::text::shown;
 use crate::document::nearest::nearest_or_all;
 use crate::document::{Literal, Span, Spanned};
 
 /// How many strings are tried as the one whose closing quote is missing.
-const OPEN_STRINGS_TRIED: usize = 8;
+const OPEN_STRINGS_TRIED: usize = 12;
 /// How often the parser looks ahead to tell a bracket too many from one too few.
 const LOOKS_AHEAD: usize = 16;
 const EXTENSIONS: [&str; 4] = ["explicit_struct_names", "implicit_some", "unwrap_newtypes", "unwrap_variant_newtypes"];
@@ -28,16 +28,17 @@ pub(in crate::document) fn parse(source: &str) -> Parsed {
         return parse_tokens(source, lexed);
     }
     // A closing quote is missing somewhere before the end, and every string after it is inside out. The one that
-    // leaves the fewest mistakes when it is taken to end with its line is the culprit.
-    let candidates = lexed.long_strings.clone();
-    let attempts = candidates.into_iter().take(OPEN_STRINGS_TRIED).map(|cut| lex(source, Some(cut)));
+    // leaves the fewest mistakes when it is taken to end in its line is the culprit.
+    let suspects = lexed.suspects.iter().take(OPEN_STRINGS_TRIED);
+    let cuts = suspects.flat_map(|start| [false, true].map(|whole_line| Cut { start: *start, whole_line }));
+    let attempts = cuts.map(|cut| lex(source, Some(cut)));
     let closed = attempts.filter(|attempt| !attempt.open_string).map(|attempt| parse_tokens(source, attempt));
     closed.min_by_key(|parsed| parsed.errors.len()).unwrap_or_else(|| parse_tokens(source, lexed))
 }
 
 fn parse_tokens(source: &str, lexed: Lexed) -> Parsed {
-    let Lexed { tokens, errors, .. } = lexed;
-    let mut parser = Parser { source, tokens, at: 0, errors, open: Vec::new(), looks_ahead: LOOKS_AHEAD };
+    let Lexed { tokens, errors, hidden_rest, .. } = lexed;
+    let mut parser = Parser { source, tokens, at: 0, errors, open: Vec::new(), looks_ahead: LOOKS_AHEAD, hidden_rest };
     parser.extensions();
     let value = parser.value();
     parser.rest();
@@ -53,6 +54,8 @@ pub(super) struct Parser<'a> {
     pub errors: Vec<SyntaxError>,
     pub open: Vec<(Bracket, Span)>,
     pub looks_ahead: usize,
+    /// Whether the end of the text is hidden, so that brackets may well be closed there.
+    pub hidden_rest: bool,
 }
 
 impl Parser<'_> {
@@ -119,6 +122,10 @@ impl Parser<'_> {
             }
             whole = whole && self.take(&Close(Bracket::Round)) && self.take(&Close(Bracket::Square));
             if !whole {
+                let end = self.source[start..].find('\n').map_or(self.source.len(), |length| start + length);
+                while self.span().start < end {
+                    self.next();
+                }
                 let span = Span { start, end: self.end() };
                 self.error(span, "this is no line of extensions").help =
                     Some("write `#![enable(implicit_some)]`, or leave it out".to_owned());
@@ -197,8 +204,11 @@ impl Parser<'_> {
 
     /// What a name that was just taken begins: `true`, `None`, `Some(x)`, `variant`, `variant(…)`.
     pub fn named(&mut self, name: String, span: Span) -> Option<Spanned<Literal>> {
+        let is_raw = self.source[span.start..].starts_with("r#");
+        let is_some = name == "Some" && !is_raw;
         if *self.peek() != Lexeme::Open(Bracket::Round) {
             let value = match name.as_str() {
+                _ if is_raw => Literal::Text(name),
                 "true" => Literal::Bool(true),
                 "false" => Literal::Bool(false),
                 "None" => Literal::Nothing,
@@ -216,7 +226,7 @@ impl Parser<'_> {
         let whole = Span { start: span.start, end: self.end() };
         let content = match group {
             Group::Items(mut items) if items.len() == 1 => items.remove(0),
-            Group::Items(items) if name == "Some" => {
+            Group::Items(items) if is_some => {
                 self.error(whole, format!("`Some` takes one value, found {}", items.len()));
                 return None;
             }
@@ -224,7 +234,7 @@ impl Parser<'_> {
             Group::Items(items) => Spanned { value: Literal::List(items), span: content_span },
             Group::Named(fields) => Spanned { value: Literal::Map(fields), span: content_span },
         };
-        if name == "Some" {
+        if is_some {
             return Some(content);
         }
         Some(Spanned { value: Literal::Variant(name, Box::new(content)), span: whole })

@@ -2,6 +2,7 @@
 
 use super::parse;
 use crate::document::Literal;
+use proptest::prelude::*;
 use ron::Value;
 use ron::value::Number;
 
@@ -251,4 +252,65 @@ fn refuses_what_ron_refuses() {
         })
         .collect();
     assert!(accepted.is_empty(), "{accepted:?}");
+}
+
+/// Blanks and comments between tokens.
+fn gap() -> impl Strategy<Value = String> {
+    prop_oneof![
+        4 => Just(String::new()),
+        2 => "[ \\t\\n]{1,3}",
+        1 => " ?//[a-z(\"]{0,5}\n",
+        1 => "/\\*[a-z(\"]{0,5}\\*/",
+    ]
+}
+
+fn scalar() -> impl Strategy<Value = String> {
+    prop_oneof![
+        any::<i64>().prop_map(|number| number.to_string()),
+        any::<u32>().prop_map(|number| format!("0x{number:X}")),
+        any::<u16>().prop_map(|number| format!("0b{number:b}u16")),
+        any::<f64>().prop_filter("finite", |number| number.is_finite()).prop_map(|number| format!("{number:?}")),
+        "[+-]?[0-9]{1,3}_?[0-9]{0,2}(\\.[0-9]{0,3})?(e-?[0-9])?",
+        any::<String>().prop_map(|text| format!("{text:?}")),
+        "[^\"]{0,6}".prop_map(|text| format!("r#\"{text}\"#")),
+        any::<char>().prop_map(|c| format!("{c:?}")),
+        prop_oneof!["true", "false", "None", "()", "inf", "-NaN", "[a-z_][a-z0-9_]{0,5}"],
+    ]
+}
+
+/// RON texts with all that graphs may hold.
+fn ron_text() -> impl Strategy<Value = String> {
+    scalar().prop_recursive(5, 64, 6, |inner| {
+        let item = (gap(), inner.clone(), gap()).prop_map(|(before, value, after)| before + &value + &after).boxed();
+        let items = (prop::collection::vec(item.clone(), 0..6), any::<bool>())
+            .prop_map(|(items, comma)| items.join(",") + if comma && !items.is_empty() { "," } else { "" });
+        let keyed = |key: &'static str| {
+            let entry = (gap(), key, gap(), item.clone()).prop_map(|(a, key, b, value)| format!("{a}{key}{b}:{value}"));
+            prop::collection::vec(entry, 1..5).prop_map(|entries| entries.join(","))
+        };
+        let name = "[a-z_]{1,6}";
+        prop_oneof![
+            items.clone().prop_map(|items| format!("[{items}]")),
+            items.clone().prop_map(|items| format!("({items})")),
+            keyed("[a-z_]{1,6}").prop_map(|fields| format!("({fields})")),
+            keyed("\"[a-z. ]{0,6}\"").prop_map(|fields| format!("{{{fields}}}")),
+            item.clone().prop_map(|value| format!("Some({value})")),
+            (name, gap(), items).prop_map(|(name, gap, items)| format!("{name}{gap}({items})")),
+            (name, gap(), keyed("[a-z_]{1,6}")).prop_map(|(name, gap, fields)| format!("{name}{gap}({fields})")),
+        ]
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
+
+    #[test]
+    fn agrees_with_ron_on_generated_texts(text in ron_text()) {
+        compare(&text).map_err(TestCaseError::fail)?;
+    }
+
+    #[test]
+    fn agrees_with_ron_on_fragments(text in "([(){}\\[\\]:,.\"'#!/*+=_\\\\ -]|Some|None|r#|0x|e1|[0-9a-fr]|\n){0,16}") {
+        compare(&text).map_err(TestCaseError::fail)?;
+    }
 }

@@ -51,6 +51,7 @@ impl Scope {
             substitute::references(&default.value, &mut needs);
             waiting.insert(name, needs);
         }
+        scope.values.extend(waiting.keys().map(|name| ((*name).to_owned(), None)));
         // A default may refer to other parameters; each is filled in after those it needs.
         while !waiting.is_empty() {
             let is_ready = |needs: &BTreeSet<&str>| !needs.iter().any(|name| waiting.contains_key(name));
@@ -68,13 +69,7 @@ impl Scope {
         (scope, mistakes)
     }
 
-    fn report_circle(
-        &mut self,
-        graph: &Graph,
-        waiting: &BTreeMap<&str, BTreeSet<&str>>,
-        mistakes: &mut Vec<Diagnostic>,
-    ) {
-        self.values.extend(waiting.keys().map(|name| ((*name).to_owned(), None)));
+    fn report_circle(&self, graph: &Graph, waiting: &BTreeMap<&str, BTreeSet<&str>>, mistakes: &mut Vec<Diagnostic>) {
         let Some(first) = waiting.keys().next() else { return };
         let mut walk = vec![*first];
         while let Some(next) = waiting[walk[walk.len() - 1]].iter().find(|name| waiting.contains_key(*name)) {

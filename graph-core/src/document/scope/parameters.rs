@@ -1,7 +1,7 @@
 //! The parameters of one node with everything filled in, ready to be checked against the node's kind.
 
 use super::{Override, Resolved, Scope, resolve};
-use crate::document::build::takes_text;
+use crate::document::build::{check_parameters, takes_text};
 use crate::document::{Body, Diagnostic, Entry, EntryParam, Graph};
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ pub struct NodeParameters<'a> {
 /// what the command line sets. `{take}` and `{item}` are filled in where `item` is given, and stay where it is not.
 ///
 /// # Errors
-/// What [`resolve`] finds, for all parameters.
+/// What [`resolve`] finds, for all parameters, and with it what is wrong with those that it could resolve.
 pub fn node_parameters<'a>(
     graph: &Graph,
     entry: &'a Entry,
@@ -64,6 +64,9 @@ pub fn node_parameters<'a>(
         put(name, Written::CommandLine(&set.text), set.resolved(wants_text, &scope.environment));
     }
     if !sound {
+        if let Body::Kind(kind) = &entry.body {
+            mistakes.extend(check_parameters(kind, &parameters, &graph.source));
+        }
         return Err(mistakes);
     }
     let mentions_item = parameters.values().any(|given: &GivenParam| given.value.mentions_item());
