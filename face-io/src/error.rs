@@ -6,6 +6,8 @@
 use crate::c3d::C3dError;
 use crate::csv::CsvError;
 use crate::gltf::GltfError;
+use crate::png::PngError;
+use crate::regions::RegionsError;
 use face_math::data::DataError;
 use face_math::rig::RigError;
 
@@ -34,6 +36,20 @@ pub enum ReadError {
     /// A table of comma-separated values.
     #[error("CSV: {0}")]
     Csv(#[from] CsvError),
+    /// A PNG picture.
+    #[error("PNG: {0}")]
+    Png(#[from] PngError),
+    /// A file of regions.
+    #[error("regions: {0}")]
+    Regions(#[from] RegionsError),
+    /// None of the kinds of file that can be read.
+    #[error("`{name}` is none of the kinds of file that are read here: {readable}")]
+    Unknown {
+        /// Name of the file.
+        name: String,
+        /// What can be read.
+        readable: &'static str,
+    },
     /// What was read does not fit together.
     #[error("{0}")]
     Data(#[from] DataError),

@@ -5,18 +5,25 @@
 //! [`Sibling`]. One format a module:
 //!
 //! - [`c3d`]: markers, as motion capture systems write them.
-//! - [`curves`]: animation curves as tables, plain or of Live Link Face.
 //! - [`marker_csv`]: markers as tables.
+//! - [`curves`]: animation curves as tables, plain or of Live Link Face.
 //! - [`gltf`]: rigs with morph targets, and animated heads to look at.
+//! - [`regions`]: which markers and channels belong together.
+//! - [`mod@png`]: pictures.
+//! - [`inspect()`]: what any of these files holds.
 
 pub mod c3d;
 mod csv;
 pub mod curves;
 mod error;
 pub mod gltf;
+mod inspect;
 pub mod marker_csv;
+pub mod png;
+pub mod regions;
 mod units;
 
 pub use csv::CsvError;
 pub use error::{ReadError, Sibling, WriteError, no_sibling};
+pub use inspect::{Inspection, Stats, inspect};
 pub use units::LengthUnit;

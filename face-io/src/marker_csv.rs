@@ -196,7 +196,7 @@ pub fn write(markers: &Markers, unit: LengthUnit) -> Result<Vec<u8>, WriteError>
     }
     out.push('\n');
     for frame in 0..markers.frames() {
-        let _ = write!(out, "{}", axis.first + frame as i64);
+        let _ = write!(out, "{}", axis.first + frame.cast_signed() as i64);
         for point in markers.frame(frame) {
             push_point(&mut out, *point, unit);
         }

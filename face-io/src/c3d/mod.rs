@@ -44,7 +44,10 @@ pub struct Take {
 
 /// Whether bytes look like a C3D file.
 pub fn detect(bytes: &[u8]) -> bool {
-    bytes.len() >= BLOCK && bytes[1] == 0x50 && bytes[0] >= 2
+    bytes.len() >= BLOCK
+        && bytes[1] == 0x50
+        && bytes[0] >= 2
+        && bytes.get(parameters_at(bytes) + 3).is_some_and(|byte| Processor::from_byte(*byte).is_some())
 }
 
 /// Reads the markers of a C3D file, in metres.

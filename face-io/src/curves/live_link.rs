@@ -117,7 +117,7 @@ fn channels_of(shape: &str) -> Vec<String> {
     }
 }
 
-pub(super) fn read(table: Table<'_>) -> Result<CurveTable, CsvError> {
+pub(super) fn read(table: &Table<'_>) -> Result<CurveTable, CsvError> {
     let (mut channels, mut columns) = (Vec::new(), Vec::new());
     let (mut pose_names, mut pose_columns, mut unmapped) = (Vec::new(), Vec::new(), Vec::new());
     for (column, cell) in table.names.cells.iter().enumerate().skip(2) {
@@ -148,9 +148,9 @@ pub(super) fn read(table: Table<'_>) -> Result<CurveTable, CsvError> {
             ));
         }
     }
-    let clock = Clock::read(&table, 0)?;
-    let values = resampled(&table, &clock, &columns)?;
-    let pose = resampled(&table, &clock, &pose_columns)?;
+    let clock = Clock::read(table, 0)?;
+    let values = resampled(table, &clock, &columns)?;
+    let pose = resampled(table, &clock, &pose_columns)?;
     let first_timecode = table.rows.first().map_or(String::new(), |row: &Row<'_>| row.cells[0].text.to_string());
     Ok(CurveTable {
         channels,
@@ -224,7 +224,7 @@ pub(super) fn write(curves: &Curves) -> Result<Vec<u8>, WriteError> {
             };
             if !value.is_finite() {
                 let what = format!("channel `{}`", curves.channels()[columns[0]]);
-                let frame = axis.first + frame as i64;
+                let frame = axis.first + frame.cast_signed() as i64;
                 return Err(WriteError::NotFinite { format: FORMAT, what, frame, value });
             }
             let _ = write!(out, ",{value}");

@@ -63,16 +63,17 @@ pub fn open(bytes: &[u8]) -> Result<CurveTable, ReadError> {
 }
 
 pub(crate) fn from_table(table: Table<'_>) -> Result<CurveTable, CsvError> {
-    if live_link::detect(&table) { live_link::read(table.with_rows()?) } else { plain::read(table.with_rows()?) }
+    let table = table.with_rows()?;
+    if live_link::detect(&table) { live_link::read(&table) } else { plain::read(&table) }
 }
 
-/// Writes curves as a recording of Live Link Face: the 52 ARKit columns, without the rotations of head and eyes.
+/// Writes curves as a recording of Live Link Face: the 52 `ARKit` columns, without the rotations of head and eyes.
 ///
 /// The inverse of the reading: the `_L` channel of `BrowInnerUp` and `CheekPuff`, which drive both sides, is averaged
 /// with the `_R` one. Timecodes count from 00:00:00:00 at the rate of the curves, rounded to whole hertz.
 ///
 /// # Errors
-/// Where a channel has no ARKit column, where one that Live Link Face must have is absent, or a value is not finite.
+/// Where a channel has no `ARKit` column, where one that Live Link Face must have is absent, or a value is not finite.
 pub fn write_live_link(curves: &Curves) -> Result<Vec<u8>, WriteError> {
     live_link::write(curves)
 }

@@ -12,8 +12,8 @@ pub(super) fn detect(table: &Table<'_>) -> bool {
     table.names.cells.len() > 1 && table.name(0).eq_ignore_ascii_case("frame")
 }
 
-pub(super) fn read(table: Table<'_>) -> Result<CurveTable, CsvError> {
-    if !detect(&table) {
+pub(super) fn read(table: &Table<'_>) -> Result<CurveTable, CsvError> {
+    if !detect(table) {
         let first = &table.names.cells[0];
         let problem = "the first column must be `frame`, with a channel in each further one (or `Timecode`, then \
                        `BlendshapeCount`, in a recording of Live Link Face)";
@@ -55,7 +55,7 @@ pub fn write(curves: &Curves, state_rate: bool) -> Result<Vec<u8>, WriteError> {
     }
     out.push('\n');
     for position in 0..curves.frames() {
-        let frame = axis.first + position as i64;
+        let frame = axis.first + position.cast_signed() as i64;
         let _ = write!(out, "{frame}");
         for (value, name) in curves.frame(position).iter().zip(curves.channels()) {
             if !value.is_finite() {

@@ -27,10 +27,10 @@ pub(super) struct File {
 impl File {
     pub fn read(bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<Self, GltfError> {
         let (json, mut binary_chunk) = split(bytes)?;
-        let root: Root = serde_json::from_slice(json).map_err(|error| GltfError::Json {
-            line: error.line(),
-            column: error.column(),
-            problem: error.to_string(),
+        let root: Root = serde_json::from_slice(json).map_err(|error| {
+            let text = error.to_string();
+            let problem = text.rsplit_once(" at line ").map_or(text.as_str(), |(problem, _)| problem).to_owned();
+            GltfError::Json { line: error.line(), column: error.column(), problem }
         })?;
         if !root.asset.version.starts_with("2.") {
             return Err(GltfError::Version { found: root.asset.version });

@@ -24,6 +24,7 @@ use primitive::Piece;
 use scene::Scene;
 use skin::Skin;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Reads the rig in a glTF or GLB file, in metres. `name` becomes the rig's name, `sibling` fetches buffers that lie
 /// in files of their own.
@@ -35,16 +36,23 @@ use std::collections::BTreeMap;
 /// See [`GltfError`]; also where there are no morph targets, since nothing could drive such a rig.
 pub fn read(bytes: &[u8], name: &str, sibling: &mut Sibling<'_>) -> Result<Rig, ReadError> {
     let file = File::read(bytes, sibling)?;
-    Ok(rig(&file, name)?.checked()?)
+    Ok(rig(&file, name, true)?.checked()?)
 }
 
-/// Whether a glTF file (already known to be one) was a GLB container, and how many meshes it has.
-pub(crate) fn outline(bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<(bool, usize), ReadError> {
+/// A glTF file whatever it holds: with or without shapes.
+pub(crate) struct Outline {
+    pub rig: Rig,
+    /// Whether it is a GLB container.
+    pub binary: bool,
+}
+
+/// Reads a file as [`read`] does, but allows that it has no morph targets.
+pub(crate) fn outline(bytes: &[u8], name: &str, sibling: &mut Sibling<'_>) -> Result<Outline, ReadError> {
     let file = File::read(bytes, sibling)?;
-    Ok((file.binary, file.root.meshes.len()))
+    Ok(Outline { rig: rig(&file, name, false)?.checked()?, binary: file.binary })
 }
 
-fn rig(file: &File, name: &str) -> Result<Rig, GltfError> {
+fn rig(file: &File, name: &str, needs_shapes: bool) -> Result<Rig, GltfError> {
     let scene = Scene::read(file)?;
     let mut skins: BTreeMap<usize, Skin> = BTreeMap::new();
     let mut rig = Rig {
@@ -72,12 +80,10 @@ fn rig(file: &File, name: &str) -> Result<Rig, GltfError> {
         })?;
         let skin = match node.skin.map(|skin| skin.value()) {
             None => None,
-            Some(index) => {
-                if !skins.contains_key(&index) {
-                    skins.insert(index, Skin::read(file, &scene, index, &from)?);
-                }
-                skins.get(&index)
-            }
+            Some(index) => Some(&*match skins.entry(index) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(new) => new.insert(Skin::read(file, &scene, index, &from)?),
+            }),
         };
         if let Some(skin) = skin {
             has_jaw |= skin.has_jaw();
@@ -95,7 +101,7 @@ fn rig(file: &File, name: &str) -> Result<Rig, GltfError> {
     if rig.parts.is_empty() {
         return Err(GltfError::NoMesh);
     }
-    if shapes.names.is_empty() {
+    if needs_shapes && shapes.names.is_empty() {
         return Err(GltfError::NoTargets { meshes });
     }
     if !has_jaw {
@@ -143,7 +149,7 @@ fn add(rig: &mut Rig, shapes: &mut ShapeTable, piece: Piece, targets: &[String])
     // Two parts of one name could not be told apart.
     let taken = |name: &str| rig.parts.iter().any(|part| part.name == name);
     part.name = std::iter::once(piece.name.clone())
-        .chain((2..).map(|number| format!("{}_{number}", piece.name)))
+        .chain((2..rig.parts.len() + 2).map(|number| format!("{}_{number}", piece.name)))
         .find(|name| !taken(name))
         .unwrap_or(piece.name);
     rig.neutral.extend(piece.positions);

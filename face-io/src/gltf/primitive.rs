@@ -99,7 +99,9 @@ impl Source<'_> {
 
         let mut triangles = self.triangles(primitive, mode, count, &place)?;
         if world.determinant() < 0.0 {
-            triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+            for triangle in &mut triangles {
+                triangle.swap(1, 2);
+            }
         }
         let mut moves = Vec::with_capacity(targets.len());
         for (target, name) in primitive.targets.iter().flatten().zip(targets) {
@@ -142,7 +144,7 @@ impl Source<'_> {
             .floats::<3>()?
             .into_iter()
             .enumerate()
-            .filter(|(_, delta)| *delta != [0.0; 3])
+            .filter(|(_, delta)| delta.iter().any(|by| *by != 0.0))
             .map(|(vertex, delta)| {
                 let linear = DMat3::from_mat4(matrix(vertex));
                 (vertex as u32, (linear * Vec3::from_array(delta).as_dvec3()).as_vec3())

@@ -3,6 +3,7 @@
 use super::GltfError;
 use super::container::File;
 use glam::{DMat4, DQuat, DVec3, Vec3};
+use gltf_json::Index;
 use gltf_json::scene::Node;
 
 /// Where all nodes stand at rest.
@@ -37,7 +38,9 @@ impl Scene {
         if reached.len() < count {
             // Whatever no root leads to goes round in a circle.
             let mut seen = vec![false; count];
-            reached.iter().for_each(|node| seen[*node] = true);
+            for node in &reached {
+                seen[*node] = true;
+            }
             return Err(GltfError::Tree { node: seen.iter().position(|seen| !seen).unwrap_or_default() });
         }
         let default = file.root.scene.map_or(0, |scene| scene.value());
@@ -74,7 +77,7 @@ impl Scene {
                 self.world[node] = above * local(&nodes[node]);
             }
             order.push(node);
-            open.extend(nodes[node].children.iter().flatten().rev().map(|child| child.value()));
+            open.extend(nodes[node].children.iter().flatten().rev().map(Index::value));
         }
         order
     }

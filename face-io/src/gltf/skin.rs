@@ -5,6 +5,7 @@ use super::accessor::Array;
 use super::container::File;
 use super::scene::Scene;
 use glam::{DMat4, Vec3};
+use gltf_json::Index;
 use gltf_json::mesh::{Primitive, Semantic};
 use gltf_json::validation::Checked;
 
@@ -38,7 +39,7 @@ impl Skin {
         })?;
         let place = format!("skin {index}");
         let nodes = &file.root.nodes;
-        let joints: Vec<usize> = skin.joints.iter().map(|joint| joint.value()).collect();
+        let joints: Vec<usize> = skin.joints.iter().map(Index::value).collect();
         if let Some(joint) = joints.iter().find(|joint| **joint >= nodes.len()) {
             return Err(GltfError::Reference { from: place, kind: "node", index: *joint, count: nodes.len() });
         }

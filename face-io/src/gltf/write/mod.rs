@@ -125,7 +125,7 @@ fn materials(rig: &Rig) -> (Vec<Value>, Vec<usize>) {
         .iter()
         .map(|part| {
             let colour = part.colour.map(|channel| if channel.is_nan() { 0.0 } else { channel.clamp(0.0, 1.0) });
-            colours.iter().position(|other| *other == colour).unwrap_or_else(|| {
+            colours.iter().position(|other| other.map(f32::to_bits) == colour.map(f32::to_bits)).unwrap_or_else(|| {
                 colours.push(colour);
                 colours.len() - 1
             })

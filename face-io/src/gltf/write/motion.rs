@@ -40,7 +40,7 @@ impl Motion {
             let channels: Vec<f64> = curves.frame(frame).iter().map(|weight| f64::from(*weight)).collect();
             if let Some(at) = channels.iter().position(|weight| !weight.is_finite()) {
                 let what = format!("channel `{}`", rig.channels[at]);
-                let (frame, value) = (axis.first + frame as i64, channels[at] as f32);
+                let (frame, value) = (axis.first + frame.cast_signed() as i64, channels[at] as f32);
                 return Err(WriteError::NotFinite { format: super::FORMAT, what, frame, value });
             }
             drivers.weights_into(&channels, &mut shapes);
