@@ -4,13 +4,16 @@
 //! the cure; writers answer with bytes. No file is opened here: formats with companion files ask for them through
 //! [`Sibling`]. One format a module:
 //!
-//! - [`c3d`]: markers, as motion capture systems write them.
-//! - [`marker_csv`]: markers as tables.
-//! - [`curves`]: animation curves as tables, plain or of Live Link Face.
-//! - [`gltf`]: rigs with morph targets, and animated heads to look at.
-//! - [`regions`]: which markers and channels belong together.
-//! - [`mod@png`]: pictures.
-//! - [`inspect()`]: what any of these files holds.
+//! | module | what it reads and writes |
+//! |---|---|
+//! | [`c3d`] | markers, as motion capture systems write them |
+//! | [`marker_csv`] | markers as tables |
+//! | [`curves`] | animation curves as tables, plain or of Live Link Face |
+//! | [`gltf`] | rigs with morph targets, and animated heads to look at |
+//! | [`regions`] | which markers and channels belong together |
+//! | [`mod@png`] | pictures |
+//!
+//! [`inspect()`] says what any of these files holds.
 
 pub mod c3d;
 mod csv;

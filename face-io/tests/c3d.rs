@@ -110,6 +110,37 @@ fn takes_longer_than_16_bits_count_keep_all_frames() {
 }
 
 #[test]
+fn a_field_left_behind_is_outvoted_or_refused() {
+    let markers = sample(50);
+    let whole = c3d::write(&markers, LengthUnit::Metre).unwrap();
+    let value = |name: &[u8], ahead: usize| {
+        whole.windows(name.len()).position(|window| window == name).unwrap() + name.len() + ahead
+    };
+    // Distance, type and number of dimensions stand between the name and the value.
+    for (field, at, bytes) in [
+        ("POINT:USED", value(b"USED", 4), [1, 0]),
+        ("points in the header", 2, [1, 0]),
+        ("POINT:FRAMES", value(b"\x01FRAMES", 4), [20, 0]),
+        ("TRIAL:ACTUAL_END_FIELD", value(b"ACTUAL_END_FIELD", 5), [7, 0]),
+        ("last frame in the header", 8, [3, 0]),
+        ("sign of POINT:SCALE", value(b"SCALE", 6), [0x80, 0x3f]),
+        ("sign of the scale in the header", 14, [0x80, 0x3f]),
+    ] {
+        let mut damaged = whole.clone();
+        damaged[at..at + 2].copy_from_slice(&bytes);
+        assert!(damaged != whole, "{field}");
+        let read = c3d::read(&damaged).unwrap_or_else(|error| panic!("{field}: {error}"));
+        assert!(read == markers, "{field}");
+        // With something behind the frames, the length of the file tells nothing any more.
+        damaged.extend([0; 5000]);
+        match c3d::read(&damaged) {
+            Err(error) => assert!(error.to_string().contains("neither explains"), "{field}: {error}"),
+            Ok(read) => assert!(read.names() == markers.names() && read.frames() <= 50, "{field}"),
+        }
+    }
+}
+
+#[test]
 fn many_labels_missing_points_and_no_points_round_trip() {
     let names: Vec<String> = (0..700).map(|index| format!("marker_{index:03}")).collect();
     let points = (0..1400).map(|i| if i % 7 == 0 { Vec3::NAN } else { Vec3::splat(i as f32) }).collect();

@@ -79,6 +79,19 @@ pub enum C3dError {
         /// What is wrong with it, and what would be right.
         what: &'static str,
     },
+    /// A parameter and the header disagree about what a frame looks like, and the length of the file supports neither.
+    #[error(
+        "{name} says {value}, the header {header}, and neither explains how long the file is; it is damaged, export it \
+         again"
+    )]
+    Contradiction {
+        /// Name of the parameter.
+        name: &'static str,
+        /// What it says.
+        value: String,
+        /// What the header says.
+        header: String,
+    },
     /// The unit of length is unknown.
     #[error("POINT:UNITS is `{unit}`, which is no length known here ({}); correct it in the file", LengthUnit::KNOWN)]
     Unit {

@@ -66,19 +66,6 @@ impl Layout {
     pub fn read(source: &Source<'_>, parameters: &Parameters) -> Result<Self, C3dError> {
         let word = |index: usize| source.u16(2 * (index - 1), "the header");
         let header_float = |index: usize| source.f32(2 * (index - 1), "the header").map(shortest_decimal);
-        let points = match parameters.number("POINT:USED")? {
-            Some(used) => whole("POINT:USED", used)? as usize,
-            None => usize::from(word(2)?),
-        };
-        let scale = match parameters.number("POINT:SCALE")? {
-            Some(scale) if scale.is_finite() && scale != 0.0 => scale,
-            _ => header_float(7)?,
-        };
-        if points > 0 && (!scale.is_finite() || scale == 0.0) {
-            let what = "it must be positive (integer data) or negative (real data)";
-            return Err(C3dError::Value { name: "POINT:SCALE", value: scale.to_string(), what });
-        }
-        let storage = if scale > 0.0 { Storage::Integer { scale } } else { Storage::Real };
         let rate_hz = match parameters.number("POINT:RATE")? {
             Some(rate) if rate.is_finite() && rate > 0.0 => rate,
             _ => header_float(11)?,
@@ -97,14 +84,12 @@ impl Layout {
             return Err(C3dError::Value { name: "POINT:DATA_START", value: data_block.to_string(), what });
         }
         let data_at = (data_block - 1) * BLOCK;
-
         let first_frame = match field(parameters, "TRIAL:ACTUAL_START_FIELD")? {
-            Some(first) => first as i64,
+            Some(first) => first.cast_signed(),
             None => i64::from(word(4)?),
         };
-        let frame_lengths = frame_lengths(source, parameters, points, storage)?;
-        let counts = counts(source, parameters)?;
-        let (frames, frame_length) = fit(&counts, &frame_lengths, data_at, source.bytes.len())?;
+        let statements = Statements::read(source, parameters)?;
+        let Fit { storage, points, frames, frame_length } = statements.fit(data_at, source.bytes.len())?;
         Ok(Self { storage, points, frames, first_frame, rate_hz, data_at, frame_length, unit, unit_assumed })
     }
 }
@@ -138,25 +123,124 @@ fn field(parameters: &Parameters, name: &'static str) -> Result<Option<u64>, C3d
     })
 }
 
-/// How long a frame may be in bytes, the likeliest first: 4 words a point, and the analog samples, whose number the
-/// header gives, or else ANALOG:USED times the ratio of ANALOG:RATE to POINT:RATE.
-fn frame_lengths(
-    source: &Source<'_>,
-    parameters: &Parameters,
-    points: usize,
+/// What the file says about its frames, in each list the most trusted statement first. Parameters come before the
+/// header, whose fields some writers leave behind.
+struct Statements {
+    storages: Vec<Storage>,
+    points: Vec<usize>,
+    /// Analog samples a frame.
+    samples: Vec<usize>,
+    counts: Vec<Count>,
+}
+
+/// How the frames lie in the file.
+struct Fit {
     storage: Storage,
-) -> Result<Vec<usize>, C3dError> {
-    let mut analog = vec![usize::from(source.u16(4, "the header")?)];
+    points: usize,
+    frames: usize,
+    frame_length: usize,
+}
+
+impl Statements {
+    fn read(source: &Source<'_>, parameters: &Parameters) -> Result<Self, C3dError> {
+        let header_points = usize::from(source.u16(2, "the header")?);
+        let mut points = match parameters.number("POINT:USED")? {
+            Some(used) => vec![whole("POINT:USED", used)? as usize, header_points],
+            None => vec![header_points],
+        };
+        points.dedup();
+        let scales = [parameters.number("POINT:SCALE")?, Some(shortest_decimal(source.f32(12, "the header")?))];
+        let mut storages: Vec<Storage> = Vec::new();
+        for scale in scales.into_iter().flatten().filter(|scale| scale.is_finite() && *scale != 0.0) {
+            let storage = if scale > 0.0 { Storage::Integer { scale } } else { Storage::Real };
+            if storages.iter().all(|other| other.word() != storage.word()) {
+                storages.push(storage);
+            }
+        }
+        if storages.is_empty() {
+            if points.iter().any(|points| *points > 0) {
+                let what = "it must be positive (integer data) or negative (real data), here or in the header";
+                let value = scales[0].unwrap_or_default().to_string();
+                return Err(C3dError::Value { name: "POINT:SCALE", value, what });
+            }
+            storages.push(Storage::Real);
+        }
+        Ok(Self { storages, points, samples: samples(source, parameters)?, counts: counts(source, parameters)? })
+    }
+
+    /// What fits the file.
+    ///
+    /// The first combination of statements that accounts for the file up to its last block holds. Where none does,
+    /// the most trusted ones hold if the file has room for them and nothing contradicts what a frame looks like;
+    /// otherwise frames would be cut at the wrong places and every coordinate be wrong.
+    fn fit(&self, data_at: usize, have: usize) -> Result<Fit, C3dError> {
+        let room = have.saturating_sub(data_at) as u64;
+        for count in &self.counts {
+            for storage in &self.storages {
+                for points in &self.points {
+                    for samples in &self.samples {
+                        let fit = Fit::of(*storage, *points, *samples, *count);
+                        let need = count.frames.saturating_mul(fit.frame_length as u64);
+                        if need <= room && room - need < BLOCK as u64 && (fit.frame_length > 0 || count.frames == 0) {
+                            return Ok(fit);
+                        }
+                    }
+                }
+            }
+        }
+        // No list is empty: each ends with what the header says.
+        let first = self.counts[0];
+        let fit = Fit::of(self.storages[0], self.points[0], self.samples[0], first);
+        if fit.frame_length == 0 {
+            // Neither points nor analog samples: nothing is stored for any frame.
+            return Ok(Fit { frames: 0, ..fit });
+        }
+        let length = fit.frame_length as u64;
+        let need = first.frames.saturating_mul(length);
+        if need > room {
+            let frame = room / length;
+            return Err(C3dError::ShortFrames {
+                frame: frame + 1,
+                frames: first.frames,
+                source_of_count: first.said_by,
+                begins: data_at as u64 + frame * length,
+                length,
+                have,
+            });
+        }
+        if first.frames == CLIPPED {
+            let what = "the largest number it holds, and the file goes on; state the count in POINT:LONG_FRAMES";
+            return Err(C3dError::Value { name: first.said_by, value: CLIPPED.to_string(), what });
+        }
+        let contradiction = |name, value: String, header: String| C3dError::Contradiction { name, value, header };
+        match (self.points.as_slice(), self.storages.as_slice()) {
+            ([used, header], _) => Err(contradiction("POINT:USED", used.to_string(), header.to_string())),
+            (_, [one, other]) => Err(contradiction("POINT:SCALE", one.name().to_owned(), other.name().to_owned())),
+            _ => Ok(fit),
+        }
+    }
+}
+
+impl Fit {
+    fn of(storage: Storage, points: usize, samples: usize, count: Count) -> Self {
+        let frame_length = (4 * points + samples) * storage.word();
+        Self { storage, points, frames: count.frames as usize, frame_length }
+    }
+}
+
+/// How many analog samples a frame may have: the header says, or ANALOG:USED times the ratio of ANALOG:RATE to
+/// POINT:RATE.
+fn samples(source: &Source<'_>, parameters: &Parameters) -> Result<Vec<usize>, C3dError> {
+    let mut samples = vec![usize::from(source.u16(4, "the header")?)];
     let used = parameters.number("ANALOG:USED")?.unwrap_or(0.0);
-    let rates = (parameters.number("ANALOG:RATE")?, parameters.number("POINT:RATE")?);
-    let samples = match rates {
+    let by_rate = match (parameters.number("ANALOG:RATE")?, parameters.number("POINT:RATE")?) {
         (Some(analog), Some(points)) if points > 0.0 && analog > 0.0 => used * (analog / points).round(),
         _ => used,
     };
-    if (0.0..=65_535.0).contains(&samples) && !analog.contains(&(samples as usize)) {
-        analog.push(samples as usize);
+    if (0.0..=65_535.0).contains(&by_rate) && !samples.contains(&(by_rate as usize)) {
+        samples.push(by_rate as usize);
     }
-    Ok(analog.into_iter().map(|samples| (4 * points + samples) * storage.word()).collect())
+    Ok(samples)
 }
 
 /// How many frames there may be, the most trusted statement first.
@@ -178,43 +262,4 @@ fn counts(source: &Source<'_>, parameters: &Parameters) -> Result<Vec<Count>, C3
     let (first, last) = (u64::from(source.u16(6, "the header")?), u64::from(source.u16(8, "the header")?));
     counts.push(Count { frames: (last + 1).saturating_sub(first), said_by: "the header" });
     Ok(counts)
-}
-
-/// The number and length of frames that fit the file.
-///
-/// The first statement holds where the file has room for it. Otherwise another one holds if it accounts for the file
-/// up to its last block: some writers leave one of these fields behind. What fits nothing was cut short.
-fn fit(counts: &[Count], lengths: &[usize], data_at: usize, have: usize) -> Result<(usize, usize), C3dError> {
-    let room = have.saturating_sub(data_at) as u64;
-    let needs = |count: &Count, length: usize| count.frames.saturating_mul(length as u64);
-    let (Some(first), Some(length)) = (counts.first(), lengths.first()) else { return Ok((0, 0)) };
-    if *length == 0 {
-        // Neither points nor analog samples: nothing is stored for any frame.
-        return Ok((0, 0));
-    }
-    if needs(first, *length) <= room {
-        if first.frames == CLIPPED && room - needs(first, *length) >= BLOCK as u64 {
-            let what = "the largest number it holds, and the file goes on; state the count in POINT:LONG_FRAMES";
-            return Err(C3dError::Value { name: first.said_by, value: CLIPPED.to_string(), what });
-        }
-        return Ok((first.frames as usize, *length));
-    }
-    for count in counts {
-        for length in lengths {
-            let need = needs(count, *length);
-            if need <= room && room - need < BLOCK as u64 && *length > 0 {
-                return Ok((count.frames as usize, *length));
-            }
-        }
-    }
-    let length = *length as u64;
-    let frame = room / length;
-    Err(C3dError::ShortFrames {
-        frame: frame + 1,
-        frames: first.frames,
-        source_of_count: first.said_by,
-        begins: data_at as u64 + frame * length,
-        length,
-        have,
-    })
 }

@@ -44,13 +44,18 @@ impl Parameters {
             let next_at = at + 2 + name_length;
             let distance = usize::from(source.u16(next_at, &format!("parameter {name}"))?);
             let end_of_record = if distance == 0 { source.bytes.len() } else { next_at + distance };
-            if group < 0 {
-                groups.insert(group.unsigned_abs(), name);
-            } else if group > 0 {
-                let values = read_values(source, at, &name, next_at + 2, end_of_record)?;
-                ungrouped.push((group.unsigned_abs(), name, Parameter { at, values }));
-            } else {
-                return Err(C3dError::Record { at, name, what: "it belongs to group 0, which cannot be".into() });
+            match group.signum() {
+                -1 => {
+                    groups.insert(group.unsigned_abs(), name);
+                }
+                1 => {
+                    let values = read_values(source, at, &name, next_at + 2, end_of_record)?;
+                    ungrouped.push((group.unsigned_abs(), name, Parameter { at, values }));
+                }
+                _ => {
+                    let what = "it belongs to group 0, which cannot be".into();
+                    return Err(C3dError::Record { at, name, what });
+                }
             }
             if distance == 0 {
                 break;
@@ -90,8 +95,7 @@ impl Parameters {
     /// All texts of a parameter, blanks trimmed; none where it is not there.
     pub fn texts(&self, name: &str) -> Result<Vec<String>, C3dError> {
         match self.0.get(name) {
-            None => Ok(Vec::new()),
-            Some(Parameter { values: Values::Text { width: 0, .. }, .. }) => Ok(Vec::new()),
+            None | Some(Parameter { values: Values::Text { width: 0, .. }, .. }) => Ok(Vec::new()),
             Some(Parameter { values: Values::Text { width, bytes }, .. }) => {
                 Ok(bytes.chunks(*width).map(text).collect())
             }

@@ -28,10 +28,10 @@ pub(crate) struct Table<'a> {
 
 /// The text of a file, without its byte-order mark.
 pub(crate) fn text(bytes: &[u8]) -> Result<&str, CsvError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    std::str::from_utf8(bytes).map_err(|error| {
-        let at = error.valid_up_to();
-        CsvError::NotText { line: 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count(), at }
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    std::str::from_utf8(text).map_err(|error| {
+        let at = bytes.len() - text.len() + error.valid_up_to();
+        CsvError::NotText { line: bytes[..at].split(|byte| *byte == b'\n').count(), at }
     })
 }
 
@@ -126,7 +126,7 @@ impl<'a> Table<'a> {
             }
             before = Some(found);
         }
-        let count = self.rows.len() as i64;
+        let count = self.rows.len().cast_signed() as i64;
         Ok(before.map_or(0, |last| last - (count - 1)))
     }
 

@@ -1,4 +1,4 @@
-//! Recordings of Live Link Face: `Timecode`, `BlendshapeCount`, 52 ARKit shapes, and the rotations of head and eyes.
+//! Recordings of Live Link Face: `Timecode`, `BlendshapeCount`, 52 `ARKit` shapes, and the rotations of head and eyes.
 
 use super::CurveTable;
 use super::timecode::Clock;
@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 const FORMAT: &str = "Live Link Face CSV";
 
-/// The shapes of ARKit, in the order of the columns of a recording.
+/// The shapes of `ARKit`, in the order of the columns of a recording.
 const SHAPES: [&str; 52] = [
     "EyeBlinkLeft",
     "EyeLookDownLeft",
