@@ -1,0 +1,61 @@
+//! A cook as commands start it: options from arguments, and its mistakes on the way.
+
+use crate::arguments::{CookArguments, StoreArguments};
+use crate::exit::{Exit, Trouble};
+use crate::graph::{self, Asked};
+use crate::mistakes;
+use graph_core::cook::{CookError, Event, Options, Summary, cook};
+use graph_core::document::Diagnostics;
+use graph_core::plan::Plan;
+use std::sync::atomic::AtomicBool;
+
+/// The plan of the graph that was asked for. With `json`, its mistakes are printed and followed by a summary in which
+/// nothing happened, since a summary is the last line that readers wait for.
+///
+/// # Errors
+/// Where the graph is wrong.
+pub fn load(asked: &Asked, json: bool) -> Result<Plan, Trouble> {
+    if !json {
+        return asked.load_or_tell();
+    }
+    asked.load().map_err(|found: Diagnostics| {
+        let printed =
+            mistakes::print_json(&found).and_then(|()| crate::output::print_json(&Event::Summary(Summary::default())));
+        printed.err().unwrap_or(Trouble::Graph(found))
+    })
+}
+
+/// Options of a cook.
+pub fn options(arguments: &CookArguments, dry: bool) -> Options {
+    let jobs = arguments.jobs.map_or(0, usize::from);
+    Options { jobs, only: arguments.only.clone(), dry, ..Options::default() }
+}
+
+/// Cooks, or in a dry run says what would be cooked.
+///
+/// # Errors
+/// Where the cook could not run.
+pub fn run(
+    (asked, plan): (&Asked, &Plan),
+    store: &StoreArguments,
+    options: &Options,
+    cancel: &AtomicBool,
+    tell: &(dyn Fn(Event) + Sync),
+) -> Result<Summary, Trouble> {
+    let unknown = options.only.iter().find(|name| plan.find(name).is_empty());
+    if let Some(name) = unknown {
+        // Said before the store is made.
+        return Err(CookError::UnknownNode(Box::new(plan.unknown_node(name))).into());
+    }
+    let store = graph::store(store, &asked.path)?;
+    Ok(cook(plan, &asked.overrides, &store, options, cancel, tell)?)
+}
+
+/// The exit code of a cook.
+pub fn exit(summary: &Summary) -> Exit {
+    match summary {
+        Summary { cancelled: true, .. } => Exit::Cancelled,
+        Summary { failed: 1.., .. } => Exit::NodesFailed,
+        _ => Exit::Fine,
+    }
+}
