@@ -12,6 +12,7 @@ impl Source {
     /// # Errors
     /// A diagnostic with code `unreadable-file` where there is none, where it cannot be read, or where it is not
     /// UTF-8.
+    #[allow(clippy::result_large_err, reason = "it fails at most once a file or argument")]
     pub fn load(path: &Path) -> Result<Self, Diagnostic> {
         let shown = path.display();
         let unreadable = |message: String| Diagnostic::new("unreadable-file", message);

@@ -194,8 +194,8 @@ pub fn told(mistakes: &[Diagnostic]) -> Vec<String> {
 
 /// The node called `node` of the graph in `text`, with `--set` texts, or all mistakes on the way.
 pub fn made(text: &str, node: &str, sets: &[&str]) -> Result<Box<dyn Node>, Vec<Diagnostic>> {
-    let overrides = sets.iter().map(|text| Override::parse(text)).collect::<Result<Vec<_>, _>>();
-    let overrides = overrides.map_err(|mistake| vec![mistake])?;
+    let overrides = sets.iter().map(|text| Override::parse(text).map_err(|mistake| vec![mistake]));
+    let overrides = overrides.collect::<Result<Vec<_>, _>>()?;
     let graph = graph(text);
     let (scope, mistakes) = apply_overrides(&graph, &overrides);
     if mistakes.is_empty() { made_in(&graph, node, &scope, &overrides) } else { Err(mistakes) }

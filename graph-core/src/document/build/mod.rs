@@ -48,7 +48,7 @@ pub fn build_node(
     if !checker.mistakes.is_empty() {
         return Err(in_order(checker.mistakes));
     }
-    make(name, parameters.clone()).map_err(|error| vec![residual(&error, kind_name, with, &parameters, source)])
+    make(name, &parameters).map_err(|error| vec![residual(&error, kind_name, with, &parameters, source)])
 }
 
 /// The mistakes in the parameters `with` of the kind `kind_name`, where others could not even be resolved, so that a
@@ -72,7 +72,7 @@ fn in_order(mut mistakes: Vec<Diagnostic>) -> Vec<Diagnostic> {
     mistakes
 }
 
-fn make(kind: &str, parameters: Map<String, Value>) -> Result<Box<dyn Node>, serde_json::Error> {
+fn make(kind: &str, parameters: &Map<String, Value>) -> Result<Box<dyn Node>, serde_json::Error> {
     serde_json::from_value(json!({ kind: parameters }))
 }
 
@@ -133,7 +133,7 @@ fn residual(
 ) -> Diagnostic {
     for (name, value) in values {
         let alone = Map::from_iter([(name.clone(), value.clone())]);
-        let Err(error) = make(&kind.value, alone) else { continue };
+        let Err(error) = make(&kind.value, &alone) else { continue };
         let message = format!("parameter `{name}`: {error}");
         match with.get(name).map(|given| given.written) {
             Some(Written::Graph(param)) if !error.to_string().contains("missing field") => {

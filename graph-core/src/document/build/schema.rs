@@ -2,6 +2,9 @@
 
 use serde_json::{Map, Value};
 
+/// A bound of a number, and whether the bound itself is left out.
+pub(crate) type Bound = (f64, bool);
+
 /// A schema within the schema of a kind.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Schema<'a> {
@@ -113,8 +116,8 @@ impl<'a> Schema<'a> {
         types.contains(&name)
     }
 
-    /// The least and the most that a number may be, and whether the bound itself is left out.
-    pub fn bounds(self) -> (Option<(f64, bool)>, Option<(f64, bool)>) {
+    /// The least and the most that a number may be.
+    pub fn bounds(self) -> (Option<Bound>, Option<Bound>) {
         let number = |key: &str| self.get(key).and_then(Value::as_f64);
         let of_format = match self.get("format").and_then(Value::as_str) {
             Some("int8") => (f64::from(i8::MIN), f64::from(i8::MAX)),
@@ -189,11 +192,13 @@ impl<'a> Schema<'a> {
         let unit = unit(parameter).map_or(String::new(), |unit| format!(" {unit}"));
         match self.bounds() {
             (None, None) => format!("{what}{}", if unit.is_empty() { unit } else { format!(" in{unit}") }),
-            (Some((least, false)), Some((most, false))) => format!("{what} between {least} and {most}{unit}"),
+            (Some((least, false)), Some((most, false))) => {
+                format!("{what} between {least} and {most}{unit}")
+            }
             (least, most) => {
                 let least =
-                    least.map(|(least, open)| format!("{} {least}", if open { "above" } else { "of at least" }));
-                let most = most.map(|(most, open)| format!("{} {most}", if open { "below" } else { "of at most" }));
+                    least.map(|(at, open)| format!("{} {at}", if open { "above" } else { "of at least" }));
+                let most = most.map(|(at, open)| format!("{} {at}", if open { "below" } else { "of at most" }));
                 let bounds: Vec<_> = least.into_iter().chain(most).collect();
                 format!("{what} {}{unit}", bounds.join(" and "))
             }

@@ -3,7 +3,7 @@
 use super::Reader;
 use crate::document::nearest::{did_you_mean, nearest_or_all};
 use crate::document::{Literal, Span, Spanned};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The fields of a graph or of a node.
 pub(super) struct Fields {
@@ -93,9 +93,9 @@ impl Reader {
     pub fn repeated_keys(&mut self, value: &Spanned<Literal>) {
         match &value.value {
             Literal::Map(entries) => {
-                let mut seen = BTreeMap::new();
+                let mut seen = BTreeSet::new();
                 for (name, value) in entries {
-                    if seen.insert(&name.value, ()).is_some() {
+                    if !seen.insert(&name.value) {
                         let message = format!("the key `{}` stands here twice", name.value);
                         self.report("duplicate-field", name.span, message).help =
                             Some("rename or remove one".to_owned());

@@ -63,17 +63,13 @@ impl Reader {
         let params = self.params(&mut fields);
         let inputs = self.inputs(&mut fields);
         let outputs = self.outputs(&mut fields);
-        let nodes = match fields.take("nodes") {
-            Some(nodes) => self.nodes(nodes),
-            None => {
-                if self.sound && !fields.has_misspelt("nodes") {
-                    let first = Span { start: span.start, end: span.start + 1 };
-                    self.report("missing-field", first, "the graph has no `nodes`").help =
-                        Some("add `nodes: { … }`, or `nodes: {}` for none".to_owned());
-                }
-                BTreeMap::new()
-            }
-        };
+        let nodes = fields.take("nodes");
+        if nodes.is_none() && self.sound && !fields.has_misspelt("nodes") {
+            let first = Span { start: span.start, end: span.start + 1 };
+            self.report("missing-field", first, "the graph has no `nodes`").help =
+                Some("add `nodes: { … }`, or `nodes: {}` for none".to_owned());
+        }
+        let nodes = nodes.map(|nodes| self.nodes(nodes)).unwrap_or_default();
         Some(Graph { source: Arc::clone(&self.source), doc, params, inputs, outputs, nodes })
     }
 

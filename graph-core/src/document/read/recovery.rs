@@ -58,14 +58,14 @@ const MISTAKES: &[(&str, &[&str])] = &[
     ("(doc: “curly”, nodes: {})", &[r#"syntax 1:7 strings stand in straight double quotes | write "curly""#]),
     (
         r#"(doc: "C:\takes\new\u{110000}\xff", nodes: {})"#,
-        &[r#"syntax 1:20 `\u{110000}` is no character"#, "syntax 1:30 these bytes are no character"],
+        &[r"syntax 1:20 `\u{110000}` is no character", "syntax 1:30 these bytes are no character"],
     ),
     (
         "(doc: 'x, nodes: {})",
         &[r#"syntax 1:7 strings stand in double quotes, and this one is never closed | write "x""#],
     ),
     (
-        r#"(doc: '\q', nodes: {})"#,
+        r"(doc: '\q', nodes: {})",
         &[
             r#"syntax 1:8 `\q` is no escape | write `\\` for a backslash; in paths, write `/`, or use a raw string: r"…""#,
         ],

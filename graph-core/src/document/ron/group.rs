@@ -63,7 +63,7 @@ impl Parser<'_> {
                 }
                 let span = self.next().span;
                 let message = format!("expected `{}`, found `{}`", bracket.close(), closing.close());
-                self.error(span, message).label = "closes nothing".to_owned();
+                self.error(span, message).label = "closes nothing";
                 // What follows is as if the bracket were not there.
                 self.take(&Lexeme::Comma);
                 false
@@ -103,7 +103,7 @@ impl Parser<'_> {
                 format!("this `{}` is not closed before {} in line {line}", bracket.open(), self.found_text());
             self.error(opening, message)
         };
-        before.label = "opened here".to_owned();
+        before.label = "opened here";
         before.help = Some(format!("add the missing `{}`", bracket.close()));
     }
 
@@ -178,7 +178,7 @@ impl Parser<'_> {
             _ => {
                 let message = format!("expected `,` or `{}`, found {}", bracket.close(), self.found());
                 let end = self.end();
-                self.error(Span { start: end, end }, message).label = "a `,` is missing here".to_owned();
+                self.error(Span { start: end, end }, message).label = "a `,` is missing here";
             }
         }
     }
@@ -210,7 +210,7 @@ impl Parser<'_> {
             }
             _ if key.is_some() => {
                 let message = format!("expected `:` and a value, found {}", self.found());
-                self.error(Span { start: end, end }, message).label = "a `:` is missing here".to_owned();
+                self.error(Span { start: end, end }, message).label = "a `:` is missing here";
                 matches!(self.peek(), Lexeme::Text(_) | Lexeme::Number(_) | Lexeme::Name(_) | Lexeme::Open(_))
             }
             _ => false,

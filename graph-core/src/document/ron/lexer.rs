@@ -13,7 +13,7 @@ pub(in crate::document) struct SyntaxError {
     /// What was expected and what was found.
     pub message: String,
     /// A few words to stand at the place.
-    pub label: String,
+    pub label: &'static str,
     /// The cure, where one is known.
     pub help: Option<String>,
 }
@@ -21,7 +21,7 @@ pub(in crate::document) struct SyntaxError {
 impl SyntaxError {
     /// A mistake at `span`.
     pub fn new(span: Span, message: impl Into<String>) -> Self {
-        Self { span, message: message.into(), label: String::new(), help: None }
+        Self { span, message: message.into(), label: "", help: None }
     }
 }
 
@@ -118,26 +118,28 @@ pub(super) fn lex(source: &str, cut: Option<Cut>) -> Lexed {
     lexer.out
 }
 
-struct Lexer<'a> {
-    source: &'a str,
-    at: usize,
-    cut: Option<Cut>,
-    strings_of_line: Vec<usize>,
+/// Where the lexer is.
+pub(super) struct Lexer<'a> {
+    pub source: &'a str,
+    pub at: usize,
+    pub cut: Option<Cut>,
+    /// Where the strings begin that stand in the line of the last one.
+    pub strings_of_line: Vec<usize>,
     last_comment_end: Option<usize>,
-    out: Lexed,
+    pub out: Lexed,
 }
 
 impl Lexer<'_> {
-    fn rest(&self) -> &str {
+    pub fn rest(&self) -> &str {
         &self.source[self.at..]
     }
 
-    fn push(&mut self, lexeme: Lexeme, end: usize) {
+    pub fn push(&mut self, lexeme: Lexeme, end: usize) {
         self.out.tokens.push(Token { lexeme, span: Span { start: self.at, end } });
         self.at = end;
     }
 
-    fn error(&mut self, end: usize, message: impl Into<String>) -> &mut SyntaxError {
+    pub fn error(&mut self, end: usize, message: impl Into<String>) -> &mut SyntaxError {
         let index = self.out.errors.len();
         self.out.errors.push(SyntaxError::new(Span { start: self.at, end }, message));
         &mut self.out.errors[index]
@@ -179,7 +181,7 @@ impl Lexer<'_> {
                 } else {
                     self.out.hidden_rest = true;
                     let error = self.error(self.at + 2, "this comment is never closed");
-                    error.label = "opened here".to_owned();
+                    error.label = "opened here";
                     error.help = Some(
                         "close it with `*/`; a path or pattern with `/*` in it belongs in double quotes".to_owned(),
                     );
@@ -189,98 +191,6 @@ impl Lexer<'_> {
                 return;
             }
         }
-    }
-
-    /// A string.
-    fn string(&mut self) {
-        let start = self.at;
-        let body = &self.source[start + 1..];
-        let cut = self.cut.filter(|cut| cut.start == start);
-        let length = if cut.is_some() { None } else { text::closing_quote(body) };
-        self.suspect(length.is_none_or(|length| body[..length].contains('\n')));
-        let Some(length) = length else { return self.open_string(cut) };
-        let value = text::unescape(&body[..length], start + 1, &mut self.out.errors);
-        self.push(Lexeme::Text(value), start + 1 + length + 1);
-    }
-
-    /// Notes that a string begins here; where it is a `long` one, it and those before it in its line are suspects.
-    fn suspect(&mut self, long: bool) {
-        if self.strings_of_line.last().is_some_and(|before| self.source[*before..self.at].contains('\n')) {
-            self.strings_of_line.clear();
-        }
-        self.strings_of_line.push(self.at);
-        if long {
-            self.out.suspects.append(&mut self.strings_of_line);
-        }
-    }
-
-    /// A string without an end: taken to end with its line, before the brackets and commas there, or before the first
-    /// of these.
-    fn open_string(&mut self, cut: Option<Cut>) {
-        let start = self.at;
-        self.out.open_string |= cut.is_none();
-        let line = self.source[start + 1..].lines().next().unwrap_or("");
-        let content = match cut {
-            Some(Cut { whole_line: false, .. }) => line.split(ends_part).next().unwrap_or(""),
-            _ => line.trim_end_matches(|c: char| is_blank(c) || ends_part(c)),
-        };
-        let end = start + 1 + content.len();
-        let error = self.error(end, "this string is never closed");
-        error.label = "a `\"` is missing at its end".to_owned();
-        self.push(Lexeme::Text(content.to_owned()), end);
-    }
-
-    /// `r"…"`, `r#"…"#`: the string has `hashes` signs on either side.
-    fn raw_string(&mut self, hashes: usize) {
-        let start = self.at;
-        let content_start = start + 1 + hashes + 1;
-        let closing = format!("\"{}", "#".repeat(hashes));
-        let body = &self.source[content_start..];
-        if let Some(length) = body.find(&closing) {
-            let value = body[..length].to_owned();
-            self.push(Lexeme::Text(value), content_start + length + closing.len());
-        } else {
-            self.out.hidden_rest = true;
-            let error = self.error(content_start, "this raw string is never closed");
-            error.help = Some(format!("close it with `{closing}`"));
-            self.push(Lexeme::Broken, self.source.len());
-        }
-    }
-
-    fn character(&mut self) {
-        let start = self.at;
-        let line = self.rest()[1..].lines().next().unwrap_or("");
-        match text::character(line, start + 1) {
-            Ok((value, length)) => self.push(Lexeme::Text(value.to_string()), start + 1 + length),
-            Err(text::NoCharacter::String(length)) => {
-                let value = line[..length].to_owned();
-                let end = start + 1 + length + 1;
-                self.error(end, "strings stand in double quotes").help = Some(format!("write \"{value}\""));
-                self.push(Lexeme::Text(value), end);
-            }
-            Err(text::NoCharacter::Open) => {
-                let content = line.split(ends_part).next().unwrap_or("").trim_end().to_owned();
-                let end = start + 1 + content.len();
-                let error = self.error(end, "strings stand in double quotes, and this one is never closed");
-                error.help = Some(format!("write \"{content}\""));
-                self.push(Lexeme::Text(content), end);
-            }
-            Err(text::NoCharacter::Escape(error, length)) => {
-                self.out.errors.push(error);
-                self.push(Lexeme::Broken, start + 1 + length);
-            }
-        }
-    }
-
-    /// “…”: what word processors make of quotes.
-    fn curly_quotes(&mut self, content_start: usize) {
-        let line = self.source[content_start..].lines().next().unwrap_or("");
-        let length = line.find(['"', '\u{201c}', '\u{201d}']).unwrap_or(line.len());
-        let closing = line[length..].chars().next().map_or(0, char::len_utf8);
-        let value = line[..length].to_owned();
-        let end = content_start + length + closing;
-        self.error(end, "strings stand in straight double quotes").help = Some(format!("write \"{value}\""));
-        self.push(Lexeme::Text(value), end);
     }
 
     fn prefixed_or_word(&mut self) {
@@ -294,12 +204,11 @@ impl Lexer<'_> {
                 return self.raw_name();
             }
         }
-        if let Some(line) = rest.strip_prefix("b'").and_then(|after| after.lines().next()) {
-            if let Ok((value, length)) = text::character(line, self.at + 2)
-                && value.is_ascii()
-            {
-                return self.push(Lexeme::Number(Literal::Integer(i64::from(u32::from(value)))), self.at + 2 + length);
-            }
+        if let Some(line) = rest.strip_prefix("b'").and_then(|after| after.lines().next())
+            && let Ok((value, length)) = text::character(line, self.at + 2)
+            && value.is_ascii()
+        {
+            return self.push(Lexeme::Number(Literal::Integer(i64::from(u32::from(value)))), self.at + 2 + length);
         }
         if rest.starts_with("b\"") || rest.starts_with("br\"") || rest.starts_with("br#") {
             self.error(self.at + 2, "byte strings have no meaning in a graph").help =
@@ -347,7 +256,7 @@ impl Lexer<'_> {
 }
 
 /// The blanks of RON.
-fn is_blank(c: char) -> bool {
+pub(super) fn is_blank(c: char) -> bool {
     matches!(
         c,
         ' ' | '\t' | '\n' | '\r' | '\x0b' | '\x0c' | '\u{85}' | '\u{200e}' | '\u{200f}' | '\u{2028}' | '\u{2029}'
@@ -359,7 +268,7 @@ fn ends_word(c: char) -> bool {
 }
 
 /// What may stand after a value.
-fn ends_part(c: char) -> bool {
+pub(super) fn ends_part(c: char) -> bool {
     matches!(c, ',' | ')' | ']' | '}')
 }
 

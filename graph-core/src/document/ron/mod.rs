@@ -7,6 +7,7 @@ mod group;
 mod lexer;
 mod number;
 mod parser;
+mod quoted;
 mod text;
 
 #[cfg(test)]

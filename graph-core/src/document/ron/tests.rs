@@ -7,6 +7,7 @@ use ron::Value;
 use ron::value::Number;
 
 /// Whether the two hold the same. `ron` keeps neither the names of variants nor the signs around fields.
+#[allow(clippy::float_cmp, reason = "the same text must give the same number")]
 fn agree(ours: &Literal, theirs: &Value) -> bool {
     match (ours, theirs) {
         (Literal::Nothing, Value::Unit | Value::Option(None)) | (Literal::Text(_), Value::Unit) => true,
@@ -51,6 +52,7 @@ fn is_float(number: Number) -> bool {
 }
 
 /// `ron::Value` keeps a float in 32 bits where it is the same there.
+#[allow(clippy::float_cmp, reason = "the same text must give the same number")]
 fn same_number(ours: f64, theirs: f64) -> bool {
     ours == theirs || (ours.is_nan() && theirs.is_nan())
 }

@@ -102,7 +102,7 @@ impl EscapeFault {
     }
 
     fn at(self, span: Span) -> SyntaxError {
-        SyntaxError { span, message: self.message, label: String::new(), help: self.help }
+        SyntaxError { span, message: self.message, label: "", help: self.help }
     }
 }
 

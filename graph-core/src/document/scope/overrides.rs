@@ -27,6 +27,7 @@ impl Override {
     ///
     /// # Errors
     /// Where there is no `=`, or a name is empty.
+    #[allow(clippy::result_large_err, reason = "it fails at most once a file or argument")]
     pub fn parse(text: &str) -> Result<Self, Diagnostic> {
         let wrong = |message: &str| {
             Diagnostic::new("bad-override", format!("`--set {text}`: {message}"))

@@ -71,7 +71,9 @@ pub fn node_parameters<'a>(
     }
     let mentions_item = parameters.values().any(|given: &GivenParam| given.value.mentions_item());
     if let (true, Some(item)) = (mentions_item, item) {
-        parameters.values_mut().for_each(|given| given.value = given.value.for_item(item));
+        for given in parameters.values_mut() {
+            given.value = given.value.for_item(item);
+        }
     }
     Ok(NodeParameters { parameters, mentions_item })
 }

@@ -1,115 +1,25 @@
-//! Diagnostics for people (the source line with the place marked, the cure, the files that nest it) and as JSON.
+//! One diagnostic in the form that miette renders: the source line made safe for terminals, long lines cut and broken.
 
-use super::{Diagnostic, Diagnostics, Place};
-use miette::{
-    GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan,
-    SpanContents,
-};
-use serde_json::{Value, json};
+use crate::document::{Diagnostic, Place};
+use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use std::fmt;
 
 /// Source lines longer than this are cut around the place.
 const LONGEST_LINE: usize = 240;
 
-/// All mistakes as text of at most about `width` columns, each with its `file:line:column`, and their count at the
-/// end.
-pub fn render(diagnostics: &Diagnostics, colour: bool, width: usize) -> String {
-    let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
-    let handler = GraphicalReportHandler::new_themed(theme)
-        .with_width(width.max(40))
-        .with_links(false)
-        .with_wrap_lines(false)
-        .with_cause_chain()
-        .tab_width(4);
-    let mut out = String::new();
-    for diagnostic in &diagnostics.0 {
-        let report = Report::new(diagnostic, width.max(40));
-        // Writing to a string cannot fail; should miette refuse a span, the bare facts stand in.
-        if handler.render_report(&mut out, &report).is_err() {
-            out.push_str(&report.message);
-        }
-        out.push('\n');
-    }
-    out + &summary(&diagnostics.0) + "\n"
-}
-
-/// `3 mistakes in graph.ron and solve_take.ron`.
-fn summary(diagnostics: &[Diagnostic]) -> String {
-    const NAMED: usize = 4;
-    let mut files: Vec<String> = Vec::new();
-    for (place, _) in diagnostics.iter().filter_map(|diagnostic| diagnostic.place.as_ref()) {
-        let file = place.source.path.display().to_string();
-        if !files.contains(&file) {
-            files.push(file);
-        }
-    }
-    let count = match diagnostics.len() {
-        1 => "1 mistake".to_owned(),
-        count => format!("{count} mistakes"),
-    };
-    if files.len() > NAMED {
-        let more = format!("{} more files", files.len() - NAMED);
-        files.truncate(NAMED);
-        files.push(more);
-    }
-    match files.as_slice() {
-        [] => count,
-        [one] => format!("{count} in {one}"),
-        [several @ .., last] => format!("{count} in {} and {last}", several.join(", ")),
-    }
-}
-
-/// All mistakes as a list of objects: `code`, `message`, and where they apply `label`, `help`, `file`, `line`,
-/// `column`, `end_line`, `end_column` and `through` (the places that nest the file, outermost first). Lines and columns
-/// count from 1, columns in characters.
-pub fn to_json(diagnostics: &Diagnostics) -> Value {
-    diagnostics.0.iter().map(one_to_json).collect()
-}
-
-fn one_to_json(diagnostic: &Diagnostic) -> Value {
-    let mut object = json!({ "code": diagnostic.code, "message": diagnostic.message });
-    if let Some((place, label)) = &diagnostic.place {
-        put_place(&mut object, place);
-        let (line, column) = place.source.line_column(place.span.end);
-        object["end_line"] = json!(line);
-        object["end_column"] = json!(column);
-        if !label.is_empty() {
-            object["label"] = json!(label);
-        }
-    }
-    if let Some(help) = &diagnostic.help {
-        object["help"] = json!(help);
-    }
-    if !diagnostic.through.is_empty() {
-        let places = diagnostic.through.iter().map(|place| {
-            let mut object = json!({});
-            put_place(&mut object, place);
-            object
-        });
-        object["through"] = places.collect();
-    }
-    object
-}
-
-fn put_place(object: &mut Value, place: &Place) {
-    let (line, column) = place.source.line_column(place.span.start);
-    object["file"] = json!(place.source.path.display().to_string());
-    object["line"] = json!(line);
-    object["column"] = json!(column);
-}
-
 /// A diagnostic as miette renders it.
 #[derive(Debug)]
-struct Report {
+pub(super) struct Report {
     code: &'static str,
-    message: String,
+    pub message: String,
     help: Option<String>,
     snippet: Option<Snippet>,
     nested: Option<Nested>,
 }
 
 impl Report {
-    fn new(diagnostic: &Diagnostic, width: usize) -> Self {
+    /// The diagnostic with its lines broken at `width` columns.
+    pub fn new(diagnostic: &Diagnostic, width: usize) -> Self {
         let through = diagnostic.through.iter();
         let nested = through.fold(None, |outer: Option<Nested>, place| {
             Some(Nested { text: format!("nested at {}", place.text()), outer: outer.map(Box::new) })
@@ -255,7 +165,7 @@ fn clean(text: &str) -> String {
 
 /// Breaks lines at blanks so that they have at most `width` characters, where words allow it. (miette would break
 /// within words and paths, too, and so keep terminals from recognising them.)
-fn wrapped(text: &str, width: usize) -> String {
+pub(super) fn wrapped(text: &str, width: usize) -> String {
     let mut out = String::with_capacity(text.len());
     let mut column = 0;
     for (index, word) in text.split(' ').enumerate() {
