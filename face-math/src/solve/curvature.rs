@@ -129,7 +129,8 @@ impl<'m> Inner<'m> {
         Ok(())
     }
 
-    fn diagonal(&self, i: usize) -> f64 {
+    /// The diagonal of B₀.
+    pub(super) fn diagonal(&self, i: usize) -> f64 {
         match self.metric {
             Metric::Unknown => 1.0,
             Metric::Diagonal(diagonal) => diagonal[i],

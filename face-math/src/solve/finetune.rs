@@ -3,22 +3,23 @@
 //! For each frame alone, from the raw solve w⁰, over the chosen channels k, in the box lo ≤ wₖ ≤ hi:
 //!
 //! ```text
-//! E(w) = Σₘ cₘ ‖gₘ(w) − xₘ‖² + λ Σₖ (wₖ − wₖ⁰)²
+//! E(w) = Σₘ ‖gₘ(w) − xₘ‖² / σₘ² + Σₖ (wₖ − wₖ⁰)² / ρₖ²
 //! ```
 //!
-//! gₘ(w), xₘ the puppet's and the captured position of marker m (millimetres), cₘ its weight (unitless), λ the hold (square
-//! millimetres). The first sum is the face matching of Eq. 2 of FDLS, with the whole nonlinear puppet in place of its
-//! linear part. The second is ours: markers carry noise and do not fix every channel, so where they say little the raw solve
-//! keeps its say. λ is the squared marker distance, summed over the markers, that is worth moving a channel by a whole unit;
-//! as an estimate it is the markers' noise variance over the raw solve's error variance, a coordinate and a channel.
+//! gₘ(w), xₘ the puppet's and the captured position of marker m (millimetres), σₘ the noise of that marker (millimetres, one
+//! standard deviation of a coordinate), ρₖ how far the raw solve is off in channel k (unitless, root mean square). The first
+//! sum is the face matching of Eq. 2 of FDLS, with the whole nonlinear puppet in place of its linear part. The second is ours:
+//! markers carry noise and do not fix every channel, so where they say little the raw solve keeps its say. Under Gaussian
+//! errors E is what the most probable weights minimise, so both numbers can be measured instead of tuned: σ by the jitter of
+//! the tracks, ρ by solving frames whose weights are known.
 //!
 //! [`minimise`](super::minimise()) (L-BFGS in a box, as the paper's) does it, started with what the puppet's Jacobian J at
-//! w⁰ says of the Hessian, 2 Jᵀ C J + 2 λ I: a few steps a frame.
+//! w⁰ says of the Hessian, 2 Jᵀ diag(1/σ²) J + 2 diag(1/ρ²): a few steps a frame.
 
-use super::minimise::{Metric, MinimiseError, MinimiseOptions, Stop, minimise};
-use crate::data::{Curves, DataError, Markers, nearest_name};
-use crate::rig::{MarkerPose, MarkerRig};
-use glam::DVec3;
+use super::finetune_plan::{Plan, Scratch};
+use super::minimise::{MinimiseError, Stop};
+use crate::data::{Curves, DataError, Markers};
+use crate::rig::MarkerRig;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use wire::AxisError;
@@ -30,10 +31,16 @@ pub struct FinetuneOptions {
     pub channels: Vec<String>,
     /// Channels that stay as they are, whatever `channels` says: the jaw, once it is settled.
     pub frozen: Vec<String>,
-    /// Markers to match and their weights cₘ, for example 1 over the squared noise of each; all alike where empty.
-    pub markers: BTreeMap<String, f64>,
-    /// λ, the hold on the raw solve, in square millimetres.
-    pub hold_mm2: f64,
+    /// Markers to match; all that are both captured and on the puppet where empty.
+    pub markers: Vec<String>,
+    /// σ of the markers whose noise is known, in millimetres.
+    pub noise_mm: BTreeMap<String, f64>,
+    /// σ of all others, in millimetres.
+    pub default_noise_mm: f64,
+    /// ρ of the channels whose error is known, unitless.
+    pub raw_error: BTreeMap<String, f64>,
+    /// ρ of all others, unitless. Smaller holds the raw solve, larger follows the markers.
+    pub default_raw_error: f64,
     /// The least weight of a moved channel.
     pub low: f64,
     /// The largest weight of a moved channel.
@@ -42,7 +49,17 @@ pub struct FinetuneOptions {
 
 impl Default for FinetuneOptions {
     fn default() -> Self {
-        Self { channels: Vec::new(), frozen: Vec::new(), markers: BTreeMap::new(), hold_mm2: 30.0, low: 0.0, high: 1.0 }
+        Self {
+            channels: Vec::new(),
+            frozen: Vec::new(),
+            markers: Vec::new(),
+            noise_mm: BTreeMap::new(),
+            default_noise_mm: 0.1,
+            raw_error: BTreeMap::new(),
+            default_raw_error: 0.02,
+            low: 0.0,
+            high: 1.0,
+        }
     }
 }
 
@@ -140,194 +157,6 @@ pub fn finetune(
     Ok(Finetuned { curves, blind_frames, unfinished_frames, steps })
 }
 
-/// What all frames share.
-struct Plan<'a> {
-    puppet: &'a MarkerRig,
-    /// Columns of the puppet's channels in the raw curves.
-    columns: Vec<usize>,
-    /// The channels to move.
-    moved: Vec<usize>,
-    /// Per marker of the puppet that counts: its place, its column among the captured ones, its weight.
-    matched: Vec<(usize, usize, f64)>,
-    hold: f64,
-    bounds: Vec<(f64, f64)>,
-}
-
-#[derive(Default)]
-struct Scratch {
-    pose: MarkerPose,
-    jacobian: Vec<DVec3>,
-    forces: Vec<DVec3>,
-    gradient: Vec<f64>,
-}
-
-struct Solved {
-    values: Vec<f32>,
-    seen: usize,
-    steps: usize,
-    stop: Stop,
-}
-
-enum Fault {
-    Weight { channel: String, value: f32 },
-    Minimise(MinimiseError),
-}
-
-impl Fault {
-    fn at(self, frame: i64) -> FinetuneError {
-        match self {
-            Self::Weight { channel, value } => FinetuneError::Weight { channel, frame, value },
-            Self::Minimise(source) => FinetuneError::Frame { frame, source },
-        }
-    }
-}
-
-/// Millimetres a metre: the objective is in square millimetres.
-const MM: f64 = 1000.0;
-
-impl<'a> Plan<'a> {
-    fn new(
-        puppet: &'a MarkerRig,
-        raw: &Curves,
-        captured: &Markers,
-        options: &FinetuneOptions,
-    ) -> Result<Self, FinetuneError> {
-        let find = |what: &'static str, name: &String, names: &[String]| {
-            names.iter().position(|own| own == name).ok_or_else(|| {
-                let near = nearest_name(name, names.iter().map(String::as_str));
-                FinetuneError::Data(DataError::Missing { what, name: name.clone(), near })
-            })
-        };
-        let refuse = |what: &str, value: f64, cure| Err(FinetuneError::Option { what: what.to_owned(), value, cure });
-        if !(options.hold_mm2 >= 0.0 && options.hold_mm2.is_finite()) {
-            return refuse("the hold", options.hold_mm2, "give 0 or more square millimetres");
-        }
-        if options.low.is_nan() || options.high.is_nan() || options.low > options.high {
-            return refuse("the least weight", options.low, "keep it below the largest weight");
-        }
-        let channels = puppet.channels();
-        let columns =
-            channels.iter().map(|name| find("raw channel", name, raw.channels())).collect::<Result<Vec<_>, _>>()?;
-        let mut chosen = vec![options.channels.is_empty(); channels.len()];
-        for name in &options.channels {
-            chosen[find("channel", name, channels)?] = true;
-        }
-        for name in &options.frozen {
-            chosen[find("channel", name, channels)?] = false;
-        }
-        let moved: Vec<usize> = (0..channels.len()).filter(|channel| chosen[*channel]).collect();
-        if moved.is_empty() {
-            return Err(FinetuneError::NoChannel);
-        }
-        let mut matched = Vec::new();
-        for (name, weight) in &options.markers {
-            if !(*weight >= 0.0 && weight.is_finite()) {
-                return refuse(&format!("the weight of marker `{name}`"), *weight, "give 0 or more");
-            }
-            find("marker on the puppet", name, puppet.names())?;
-            find("captured marker", name, captured.names())?;
-        }
-        for (place, name) in puppet.names().iter().enumerate() {
-            let weight = options.markers.get(name).copied();
-            let weight = weight.unwrap_or(if options.markers.is_empty() { 1.0 } else { 0.0 });
-            if let (Some(column), true) = (captured.index(name), weight > 0.0) {
-                matched.push((place, column, weight));
-            }
-        }
-        if matched.is_empty() {
-            return Err(FinetuneError::NoMarker);
-        }
-        let bounds = vec![(options.low, options.high); moved.len()];
-        Ok(Self { puppet, columns, moved, matched, hold: options.hold_mm2, bounds })
-    }
-
-    fn solve(&self, raw: &Curves, captured: &Markers, frame: usize, scratch: &mut Scratch) -> Result<Solved, Fault> {
-        let own = raw.frame(frame);
-        let mut weights: Vec<f64> = self.columns.iter().map(|column| f64::from(own[*column])).collect();
-        if let Some(channel) = weights.iter().position(|weight| !weight.is_finite()) {
-            let value = own[self.columns[channel]];
-            return Err(Fault::Weight { channel: self.puppet.channels()[channel].clone(), value });
-        }
-        let start: Vec<f64> = self.moved.iter().map(|channel| weights[*channel]).collect();
-        let points = captured.frame(frame);
-        let targets: Vec<_> = self
-            .matched
-            .iter()
-            .map(|(place, column, weight)| (*place, points[*column].as_dvec3(), *weight))
-            .filter(|(_, target, _)| target.is_finite())
-            .collect();
-        // The first sum is in square metres until it is scaled here.
-        let scale = MM * MM;
-        for (channel, (low, high)) in self.moved.iter().zip(&self.bounds) {
-            weights[*channel] = weights[*channel].clamp(*low, *high);
-        }
-        let metric = self.metric(&weights, &targets, scratch);
-        let found = minimise(
-            |x, gradient| {
-                for (channel, x) in self.moved.iter().zip(x) {
-                    weights[*channel] = *x;
-                }
-                self.puppet.pose(&weights, &mut scratch.pose);
-                scratch.forces.clear();
-                scratch.forces.resize(self.puppet.names().len(), DVec3::ZERO);
-                let mut value = 0.0;
-                for (place, target, weight) in &targets {
-                    let apart = scratch.pose.positions()[*place] - *target;
-                    value += scale * weight * apart.length_squared();
-                    scratch.forces[*place] = 2.0 * scale * *weight * apart;
-                }
-                scratch.gradient.resize(weights.len(), 0.0);
-                self.puppet.pull_back(&mut scratch.pose, &scratch.forces, &mut scratch.gradient);
-                for (((g, channel), x), start) in gradient.iter_mut().zip(&self.moved).zip(x).zip(&start) {
-                    value += self.hold * (x - start).powi(2);
-                    *g = scratch.gradient[*channel] + 2.0 * self.hold * (x - start);
-                }
-                value
-            },
-            &start,
-            &self.bounds,
-            &metric,
-            &MinimiseOptions { gradient_tolerance: 1e-6, max_steps: 200, memory: 8 },
-        )
-        .map_err(Fault::Minimise)?;
-        let mut values = own.to_vec();
-        for (channel, x) in self.moved.iter().zip(&found.x) {
-            values[self.columns[*channel]] = *x as f32;
-        }
-        Ok(Solved { values, seen: targets.len(), steps: found.steps, stop: found.stop })
-    }
-
-    /// 2 Jᵀ C J + 2 λ I over the moved channels, in square millimetres. A channel that no marker sees and no hold keeps
-    /// gets a little of the largest entry, so that the matrix can be factored.
-    fn metric(&self, weights: &[f64], targets: &[(usize, DVec3, f64)], scratch: &mut Scratch) -> Metric {
-        let markers = self.puppet.names().len();
-        self.puppet.pose(weights, &mut scratch.pose);
-        self.puppet.jacobian(&scratch.pose, &mut scratch.jacobian);
-        let size = self.moved.len();
-        let columns: Vec<Vec<DVec3>> = self
-            .moved
-            .iter()
-            .map(|channel| {
-                let column = &scratch.jacobian[channel * markers..(channel + 1) * markers];
-                targets.iter().map(|(place, _, weight)| MM * weight.sqrt() * column[*place]).collect()
-            })
-            .collect();
-        let mut matrix = vec![0.0; size * size];
-        for i in 0..size {
-            for j in 0..=i {
-                let product: f64 = columns[i].iter().zip(&columns[j]).map(|(a, b)| a.dot(*b)).sum();
-                matrix[i * size + j] = 2.0 * product;
-                matrix[j * size + i] = 2.0 * product;
-            }
-        }
-        let largest = (0..size).map(|i| matrix[i * size + i]).fold(0.0, f64::max);
-        for i in 0..size {
-            matrix[i * size + i] += 2.0 * self.hold + 1e-9 * largest.max(1.0);
-        }
-        Metric::Dense(matrix)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -356,7 +185,7 @@ mod tests {
     }
 
     fn free() -> FinetuneOptions {
-        FinetuneOptions { hold_mm2: 0.0, ..FinetuneOptions::default() }
+        FinetuneOptions { default_raw_error: 100.0, ..FinetuneOptions::default() }
     }
 
     #[test]
@@ -375,11 +204,12 @@ mod tests {
         let puppet = puppet();
         let truth = curves(&puppet, 6, 2);
         let (captured, raw) = (puppet.drive(&truth).unwrap(), shaken(&truth, 0.04));
-        let moved = |hold_mm2| {
-            let tuned = finetune(&puppet, &raw, &captured, &FinetuneOptions { hold_mm2, ..free() }).unwrap();
+        let moved = |default_raw_error| {
+            let options = FinetuneOptions { default_raw_error, ..free() };
+            let tuned = finetune(&puppet, &raw, &captured, &options).unwrap();
             worst(&tuned.curves, &raw)
         };
-        let (strong, medium, weak) = (moved(1e9), moved(1e3), moved(1.0));
+        let (strong, medium, weak) = (moved(1e-6), moved(3e-3), moved(0.1));
         assert!(strong < 1e-5 && strong < medium && medium < weak, "{strong} {medium} {weak}");
     }
 
@@ -452,11 +282,14 @@ mod tests {
         assert!(
             fault(&FinetuneOptions { frozen: puppet.channels().to_vec(), ..free() }).contains("no channel is left")
         );
-        let wrong = BTreeMap::from([("nose".to_owned(), 1.0)]);
-        assert!(fault(&FinetuneOptions { markers: wrong, ..free() }).contains("no marker on the puppet `nose`"));
-        let negative = BTreeMap::from([("3".to_owned(), -1.0)]);
-        assert!(fault(&FinetuneOptions { markers: negative, ..free() }).contains("weight of marker `3` is -1"));
-        assert!(fault(&FinetuneOptions { hold_mm2: -1.0, ..free() }).contains("the hold is -1"));
+        assert!(
+            fault(&FinetuneOptions { markers: names("nose"), ..free() }).contains("no marker on the puppet `nose`")
+        );
+        let noise_mm = BTreeMap::from([("3".to_owned(), -1.0)]);
+        assert!(fault(&FinetuneOptions { noise_mm, ..free() }).contains("noise of marker `3` is -1"));
+        let raw_error = BTreeMap::from([("c1".to_owned(), 0.0)]);
+        assert!(fault(&FinetuneOptions { raw_error, ..free() }).contains("raw error of channel `c1` is 0"));
+        assert!(fault(&FinetuneOptions { default_noise_mm: 0.0, ..free() }).contains("noise of the markers is 0"));
         assert!(fault(&FinetuneOptions { low: 2.0, ..free() }).contains("the least weight is 2"));
         let mut values = truth.values().to_vec();
         values[6] = f32::NAN;

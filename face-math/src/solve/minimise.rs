@@ -4,7 +4,7 @@
 //!
 //! 1. **Who is held.** Variable i is held at its bound where it lies within εᵢ of it and the gradient pushes it there:
 //!    the ε-active set of Bertsekas, "Projected Newton methods for optimization problems with simple constraints", SIAM J.
-//!    Control Optim. 20 (1982), with εᵢ = min(10⁻³ (uᵢ − lᵢ), ‖x − P(x − g)‖).
+//!    Control Optim. 20 (1982), with εᵢ = min(10⁻³ (uᵢ − lᵢ), ‖x − P(x − g / diag B₀)‖).
 //! 2. **Where to.** On the free variables the direction is −H g, with H the limited-memory inverse Hessian of Liu and
 //!    Nocedal (1989): the two-loop recursion over the last pairs s = x⁺ − x, y = g⁺ − g, restricted to the free variables,
 //!    around H₀ = γ B₀⁻¹, γ = sᵀy / yᵀB₀⁻¹y (Nocedal and Wright, Eq. 7.20, for B₀ = I). B₀ is what is known of the
@@ -142,8 +142,7 @@ pub fn minimise(
     let mut direction = vec![0.0; size];
     let mut steps = 0;
     let (stop, projected_gradient) = loop {
-        let shifts = || (0..size).map(|i| descent.shift(i));
-        let projected_gradient = shifts().fold(0.0, f64::max);
+        let projected_gradient = (0..size).map(|i| descent.shift(i, 1.0)).fold(0.0, f64::max);
         if projected_gradient <= options.gradient_tolerance {
             break (Stop::Converged, projected_gradient);
         }
@@ -151,8 +150,8 @@ pub fn minimise(
             break (Stop::StepsSpent, projected_gradient);
         }
         steps += 1;
-        let length = shifts().map(|shift| shift * shift).sum::<f64>().sqrt();
-        inner.hold(|i| !descent.is_pushed(i, length))?;
+        let reach = (0..size).map(|i| descent.shift(i, inner.diagonal(i)).powi(2)).sum::<f64>().sqrt();
+        inner.hold(|i| !descent.is_pushed(i, reach))?;
         memory.direction(&descent.gradient, &inner, &mut direction);
         if descent.slope(&direction, &inner.free).is_nan() || descent.slope(&direction, &inner.free) > 0.0 {
             memory.forget();
@@ -188,16 +187,16 @@ struct Descent<'b, F> {
 }
 
 impl<F: FnMut(&[f64], &mut [f64]) -> f64> Descent<'_, F> {
-    /// |x − P(x − g)| of one variable.
-    fn shift(&self, i: usize) -> f64 {
+    /// |x − P(x − g / b)| of one variable.
+    fn shift(&self, i: usize, b: f64) -> f64 {
         let (low, high) = self.bounds[i];
-        (self.x[i] - (self.x[i] - self.gradient[i]).clamp(low, high)).abs()
+        (self.x[i] - (self.x[i] - self.gradient[i] / b).clamp(low, high)).abs()
     }
 
     /// Whether variable i is in the ε-active set.
-    fn is_pushed(&self, i: usize, length: f64) -> bool {
+    fn is_pushed(&self, i: usize, reach: f64) -> bool {
         let (low, high) = self.bounds[i];
-        let near = length.min(1e-3 * (high - low));
+        let near = reach.min(1e-3 * (high - low));
         (self.x[i] <= low + near && self.gradient[i] > 0.0) || (self.x[i] >= high - near && self.gradient[i] < 0.0)
     }
 
@@ -205,6 +204,19 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Descent<'_, F> {
     fn slope(&self, direction: &[f64], free: &[bool]) -> f64 {
         let of_free = self.gradient.iter().zip(direction).zip(free).filter(|(_, free)| **free);
         of_free.map(|((g, d), _)| g * d).sum()
+    }
+
+    /// Near the minimum f changes less than its rounding, and only slopes tell a fall: Armijo's rule put in terms of the
+    /// slope at the far end, φ′(α) ≤ −(1 − 2·10⁻⁴) φ′(0). Hager and Zhang, "A new conjugate gradient method with guaranteed
+    /// descent and an efficient line search", SIAM J. Optim. 16 (2005), the approximate Wolfe conditions.
+    fn falls_below_rounding(&self, value: f64) -> bool {
+        let (mut before, mut after) = (0.0, 0.0);
+        for i in 0..self.x.len() {
+            let step = self.next[i] - self.x[i];
+            before += self.gradient[i] * step;
+            after += self.next_gradient[i] * step;
+        }
+        value <= self.value + 1e-14 * self.value.abs() && before < 0.0 && after <= (2e-4 - 1.0) * before
     }
 
     /// Moves x along the bent path until f falls enough; afterwards `next` is where it came from. False where no step
@@ -226,7 +238,8 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Descent<'_, F> {
             }
             let value = (self.function)(&self.next, &mut self.next_gradient);
             self.evaluations += 1;
-            if value <= self.value - 1e-4 * promised && self.next_gradient.iter().all(|g| g.is_finite()) {
+            let falls = value <= self.value - 1e-4 * promised || self.falls_below_rounding(value);
+            if falls && self.next_gradient.iter().all(|g| g.is_finite()) {
                 self.value = value;
                 std::mem::swap(&mut self.x, &mut self.next);
                 std::mem::swap(&mut self.gradient, &mut self.next_gradient);

@@ -11,6 +11,7 @@ mod align;
 mod curvature;
 mod features;
 mod finetune;
+mod finetune_plan;
 mod measure;
 mod minimise;
 #[cfg(test)]
