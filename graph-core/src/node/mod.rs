@@ -2,6 +2,7 @@
 
 mod card;
 mod context;
+mod describe;
 mod error;
 mod inputs;
 mod port;
@@ -9,6 +10,9 @@ mod registry;
 
 pub use card::{Card, Time};
 pub use context::{Context, Host, SourceFile};
+pub use describe::{
+    ChoiceDescription, KindDescription, ParameterDescription, PortDescription, describe, first_sentence,
+};
 pub use error::NodeError;
 pub use inputs::{Inputs, Outputs, PortValue};
 pub use port::{Port, PortFacts, type_text};
