@@ -163,11 +163,13 @@ pub(super) fn takes_text(kind: &str, name: &str, value: &Literal) -> bool {
 /// The parameters of `node` as canonical JSON: maps in the order of their keys, floats in their shortest form,
 /// defaults included. Those named in `skip` (files, whose content counts instead) are left out.
 ///
-/// # Panics
-/// Never for nodes whose parameters are a struct, as all kinds' are.
+/// A node whose parameters are no JSON object (no kind's are) gets its debug text under the empty name, so that nodes
+/// that differ still differ here.
 pub fn canonical_parameters(node: &dyn Node, skip: &[&str]) -> BTreeMap<String, String> {
-    let tagged = serde_json::to_value(node).unwrap_or_default();
-    let Some(Value::Object(parameters)) = tagged.get(node.typetag_name()) else { return BTreeMap::new() };
+    let tagged = serde_json::to_value(node).ok();
+    let Some(Value::Object(parameters)) = tagged.as_ref().and_then(|tagged| tagged.get(node.typetag_name())) else {
+        return BTreeMap::from([(String::new(), format!("{node:?}"))]);
+    };
     let counted = parameters.iter().filter(|(name, _)| !skip.contains(&name.as_str()));
     counted.map(|(name, value)| (name.clone(), canonical(value))).collect()
 }

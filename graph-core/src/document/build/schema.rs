@@ -126,6 +126,7 @@ impl<'a> Schema<'a> {
             Some("uint16") => (0.0, f64::from(u16::MAX)),
             Some("int32") => (f64::from(i32::MIN), f64::from(i32::MAX)),
             Some("uint32") => (0.0, f64::from(u32::MAX)),
+            Some("float") => (f64::from(f32::MIN), f64::from(f32::MAX)),
             Some("uint" | "uint64" | "uint128") => (0.0, f64::INFINITY),
             _ => (f64::NEG_INFINITY, f64::INFINITY),
         };
@@ -190,14 +191,16 @@ impl<'a> Schema<'a> {
 
     fn expected_number(self, what: &str, parameter: &str) -> String {
         let unit = unit(parameter).map_or(String::new(), |unit| format!(" {unit}"));
-        match self.bounds() {
+        let (least, most) = self.bounds();
+        // The bounds of 32-bit floats go without saying.
+        let told = |bound: &Bound| bound.0.abs() < f64::from(f32::MAX);
+        match (least.filter(told), most.filter(told)) {
             (None, None) => format!("{what}{}", if unit.is_empty() { unit } else { format!(" in{unit}") }),
             (Some((least, false)), Some((most, false))) => {
                 format!("{what} between {least} and {most}{unit}")
             }
             (least, most) => {
-                let least =
-                    least.map(|(at, open)| format!("{} {at}", if open { "above" } else { "of at least" }));
+                let least = least.map(|(at, open)| format!("{} {at}", if open { "above" } else { "of at least" }));
                 let most = most.map(|(at, open)| format!("{} {at}", if open { "below" } else { "of at most" }));
                 let bounds: Vec<_> = least.into_iter().chain(most).collect();
                 format!("{what} {}{unit}", bounds.join(" and "))

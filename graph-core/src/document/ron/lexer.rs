@@ -171,8 +171,7 @@ impl Lexer<'_> {
     fn skip_blanks(&mut self) {
         loop {
             let rest = self.rest();
-            let blanks = rest.len() - rest.trim_start_matches(is_blank).len();
-            self.at += blanks;
+            self.at += rest.len() - rest.trim_start_matches(is_blank).len();
             if self.rest().starts_with("//") {
                 self.at += self.rest().find('\n').unwrap_or(self.rest().len());
             } else if self.rest().starts_with("/*") {
@@ -187,7 +186,7 @@ impl Lexer<'_> {
                     );
                     self.at = self.source.len();
                 }
-            } else if blanks == 0 {
+            } else {
                 return;
             }
         }
@@ -264,7 +263,9 @@ pub(super) fn is_blank(c: char) -> bool {
 }
 
 fn ends_word(c: char) -> bool {
-    is_blank(c) || "()[]{},:=;#!\"'\u{201c}\u{201d}".contains(c)
+    matches!(c, '(' | ')' | '[' | ']' | '{' | '}' | ',' | ':' | '=' | ';' | '#' | '!' | '"' | '\'')
+        || matches!(c, '\u{201c}' | '\u{201d}')
+        || is_blank(c)
 }
 
 /// What may stand after a value.

@@ -42,15 +42,23 @@ fn pieces(text: &str) -> Vec<Piece<'_>> {
     pieces
 }
 
+/// The parameters that `text` refers to.
+fn named(text: &str) -> impl Iterator<Item = &str> {
+    pieces(text).into_iter().filter_map(|piece| match piece {
+        Piece::Reference(name, _) if !name.starts_with("ENV:") => Some(name),
+        _ => None,
+    })
+}
+
 /// The parameters that texts within `value` refer to.
 pub(super) fn references<'a>(value: &'a Literal, found: &mut BTreeSet<&'a str>) {
     match value {
-        Literal::Text(text) => found.extend(pieces(text).into_iter().filter_map(|piece| match piece {
-            Piece::Reference(name, _) if !name.starts_with("ENV:") => Some(name),
-            _ => None,
-        })),
+        Literal::Text(text) => found.extend(named(text)),
         Literal::List(items) => items.iter().for_each(|item| references(&item.value, found)),
-        Literal::Map(entries) => entries.iter().for_each(|(_, value)| references(&value.value, found)),
+        Literal::Map(entries) => entries.iter().for_each(|(name, value)| {
+            found.extend(named(&name.value));
+            references(&value.value, found);
+        }),
         Literal::Variant(_, content) => references(&content.value, found),
         Literal::Nothing | Literal::Bool(_) | Literal::Integer(_) | Literal::Number(_) => {}
     }
@@ -63,20 +71,6 @@ pub(super) fn references<'a>(value: &'a Literal, found: &mut BTreeSet<&'a str>) 
 /// Every unknown parameter, unset variable and malformed `${`. The list is empty where the value depends only on
 /// parameters whose own mistakes are reported elsewhere.
 pub fn resolve(value: &Spanned<Literal>, scope: &Scope) -> Result<Resolved, Vec<Diagnostic>> {
-    let all = |values: Vec<Result<Resolved, Vec<Diagnostic>>>| {
-        let mut mistakes = Vec::new();
-        let (mut good, mut sound) = (Vec::with_capacity(values.len()), true);
-        for value in values {
-            match value {
-                Ok(value) => good.push(value),
-                Err(more) => {
-                    sound = false;
-                    mistakes.extend(more);
-                }
-            }
-        }
-        if sound { Ok(good) } else { Err(mistakes) }
-    };
     Ok(match &value.value {
         Literal::Nothing => Resolved::Nothing,
         Literal::Bool(value) => Resolved::Bool(*value),
@@ -85,11 +79,31 @@ pub fn resolve(value: &Spanned<Literal>, scope: &Scope) -> Result<Resolved, Vec<
         Literal::Text(text) => return resolve_text(text, value.span, scope),
         Literal::List(items) => Resolved::List(all(items.iter().map(|item| resolve(item, scope)).collect())?),
         Literal::Map(entries) => {
-            let values = all(entries.iter().map(|(_, value)| resolve(value, scope)).collect())?;
-            Resolved::Map(entries.iter().map(|(name, _)| name.value.clone()).zip(values).collect())
+            let names = all(entries.iter().map(|(name, _)| resolve_name(name, scope)).collect());
+            let values = all(entries.iter().map(|(_, value)| resolve(value, scope)).collect());
+            match (names, values) {
+                (Ok(names), Ok(values)) => Resolved::Map(names.into_iter().map(|(name, _)| name).zip(values).collect()),
+                (names, values) => return Err([names.err(), values.err()].into_iter().flatten().flatten().collect()),
+            }
         }
         Literal::Variant(name, content) => Resolved::Variant(name.clone(), Box::new(resolve(content, scope)?)),
     })
+}
+
+/// All values, or all mistakes.
+fn all<T>(values: Vec<Result<T, Vec<Diagnostic>>>) -> Result<Vec<T>, Vec<Diagnostic>> {
+    let mut mistakes = Vec::new();
+    let (mut good, mut sound) = (Vec::with_capacity(values.len()), true);
+    for value in values {
+        match value {
+            Ok(value) => good.push(value),
+            Err(more) => {
+                sound = false;
+                mistakes.extend(more);
+            }
+        }
+    }
+    if sound { Ok(good) } else { Err(mistakes) }
 }
 
 fn resolve_text(text: &str, span: Span, scope: &Scope) -> Result<Resolved, Vec<Diagnostic>> {

@@ -49,6 +49,7 @@ fn what_texts_stand_for() {
         (r#""p": "${ENV:SHOW}/x""#, text("alpha/x", "show")),
         (r#""p": "${ENV:BRACES}""#, text("{take}${x}", "show")),
         (r#""p": "{take}.csv""#, text("{take}.csv", "show")),
+        (r#""p": {"${n}": 1}, "n": "x""#, Resolved::Map(vec![("x".to_owned(), Resolved::Integer(1))])),
         (
             r#""p": v(a: "${n}"), "n": 3"#,
             Resolved::Variant("v".to_owned(), Box::new(Resolved::Map(vec![("a".to_owned(), Resolved::Integer(3))]))),
