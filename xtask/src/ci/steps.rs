@@ -1,0 +1,82 @@
+//! The checks other than tests.
+
+use super::Done;
+use crate::failure::Failure;
+use crate::repository::{Repository, output_of, run};
+use crate::{docs as manual, tidy as tidiness};
+use std::process::Stdio;
+
+/// Every Rust file is laid out by rustfmt. Files are named one by one, since `cargo fmt` sees only what a `mod` reaches.
+pub fn fmt(repository: &Repository) -> Result<Done, Failure> {
+    let mut command = repository.program("rustfmt");
+    command.args(["--check", "--files-with-diff", "--edition", "2024"]);
+    command.args(repository.files()?.iter().filter(|file| is_rust(file)));
+    let output = command.stderr(Stdio::inherit()).output();
+    let output = output.map_err(|problem| Failure::Command {
+        command: "rustfmt".into(),
+        problem: format!("cannot be started ({problem}); `rustup component add rustfmt` installs it"),
+    })?;
+    let mut wrong: Vec<String> = String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect();
+    wrong.sort_unstable();
+    wrong.dedup();
+    if wrong.is_empty() && output.status.success() {
+        return Ok(Done::Fine);
+    }
+    wrong.push("these files are not laid out by rustfmt: run `cargo fmt --all`".into());
+    Err(Failure::Findings(wrong))
+}
+
+fn is_rust(file: &str) -> bool {
+    std::path::Path::new(file).extension().is_some_and(|extension| extension == "rs")
+}
+
+/// Lints, tests and examples included.
+pub fn clippy(repository: &Repository) -> Result<Done, Failure> {
+    run(&mut repository.cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    Ok(Done::Fine)
+}
+
+/// Documentation without a warning, private items included.
+pub fn rustdoc(repository: &Repository) -> Result<Done, Failure> {
+    let mut command = repository.cargo(["doc", "--workspace", "--no-deps", "--document-private-items"]);
+    run(command.env("RUSTDOCFLAGS", "-D warnings"))?;
+    Ok(Done::Fine)
+}
+
+/// The generated manual is what the nodes say.
+pub fn docs(repository: &Repository) -> Result<Done, Failure> {
+    manual::check(repository)?;
+    Ok(Done::Fine)
+}
+
+/// The repository's own rules.
+pub fn tidy(repository: &Repository) -> Result<Done, Failure> {
+    tidiness::run(repository)?;
+    Ok(Done::Fine)
+}
+
+/// Unused dependencies, by cargo-machete.
+pub fn machete(repository: &Repository) -> Result<Done, Failure> {
+    if !installed(repository, "machete") {
+        return Ok(Done::Left(
+            "cargo-machete is not installed; `cargo install cargo-machete --locked` does that".into(),
+        ));
+    }
+    run(&mut repository.cargo(["machete"]))?;
+    Ok(Done::Fine)
+}
+
+/// Licences, banned crates and sources, by cargo-deny. Advisories are left out, since they need a database from the
+/// network.
+pub fn deny(repository: &Repository) -> Result<Done, Failure> {
+    if !installed(repository, "deny") {
+        return Ok(Done::Left("cargo-deny is not installed; `cargo install cargo-deny --locked` does that".into()));
+    }
+    run(&mut repository.cargo(["deny", "check", "licenses", "bans", "sources"]))?;
+    Ok(Done::Fine)
+}
+
+fn installed(repository: &Repository, tool: &str) -> bool {
+    output_of(&mut repository.cargo(["--list"]))
+        .is_ok_and(|list| list.lines().any(|line| line.split_whitespace().next() == Some(tool)))
+}
