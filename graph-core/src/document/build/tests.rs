@@ -215,17 +215,17 @@ fn mistakes_as_they_are_printed() {
     let expected = "\
 out-of-range
 
-  × `--set a.cutoff_hz=500`: `cutoff_hz` must be a number between 0.1 and 120 Hz, found the number
-  │ 500
-
-out-of-range
-
   × `order` must be a whole number between 1 and 8, found the number 500
    ╭─[show/graph.ron:3:8]
  3 │ order: \"${c}\"
    ·        ───┬──
    ·           ╰── ${c} stands for the number 500
    ╰────
+
+out-of-range
+
+  × `--set a.cutoff_hz=500`: `cutoff_hz` must be a number between 0.1 and 120 Hz, found the number
+  │ 500
 
 2 mistakes in show/graph.ron";
     assert_eq!(shown, expected);

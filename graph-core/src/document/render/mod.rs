@@ -2,12 +2,13 @@
 
 mod report;
 
-use super::{Diagnostic, Diagnostics, Place};
+use super::{Diagnostic, Diagnostics, Place, Span};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use report::Report;
 use serde_json::{Value, json};
+use std::path::Path;
 
-/// All mistakes as text of at most about `width` columns, each with its `file:line:column`, and their count at the
+/// All mistakes, in the order of the files, as text of at most about `width` columns, each with its `file:line:column`, and their count at the
 /// end.
 pub fn render(diagnostics: &Diagnostics, colour: bool, width: usize) -> String {
     let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
@@ -18,7 +19,7 @@ pub fn render(diagnostics: &Diagnostics, colour: bool, width: usize) -> String {
         .with_cause_chain()
         .tab_width(4);
     let mut out = String::new();
-    for diagnostic in &diagnostics.0 {
+    for diagnostic in in_order(&diagnostics.0) {
         let report = Report::new(diagnostic, width.max(40));
         // Writing to a string cannot fail; should miette refuse a span, the bare facts stand in.
         if handler.render_report(&mut out, &report).is_err() {
@@ -27,6 +28,25 @@ pub fn render(diagnostics: &Diagnostics, colour: bool, width: usize) -> String {
         out.push('\n');
     }
     out + &summary(&diagnostics.0) + "\n"
+}
+
+/// File by file, as they first appear, each from top to bottom; what has no place comes last.
+fn in_order(diagnostics: &[Diagnostic]) -> Vec<&Diagnostic> {
+    let mut files: Vec<&Path> = Vec::new();
+    let mut keyed: Vec<_> = diagnostics
+        .iter()
+        .map(|diagnostic| {
+            let Some((place, _)) = &diagnostic.place else { return (usize::MAX, Span::default(), diagnostic) };
+            let path = place.source.path.as_path();
+            let file = files.iter().position(|known| *known == path).unwrap_or_else(|| {
+                files.push(path);
+                files.len() - 1
+            });
+            (file, place.span, diagnostic)
+        })
+        .collect();
+    keyed.sort_by_key(|(file, span, _)| (*file, *span));
+    keyed.into_iter().map(|(.., diagnostic)| diagnostic).collect()
 }
 
 /// `3 mistakes in graph.ron and solve_take.ron`.
@@ -59,7 +79,7 @@ fn summary(diagnostics: &[Diagnostic]) -> String {
 /// `column`, `end_line`, `end_column` and `through` (the places that nest the file, outermost first). Lines and columns
 /// count from 1, columns in characters.
 pub fn to_json(diagnostics: &Diagnostics) -> Value {
-    diagnostics.0.iter().map(one_to_json).collect()
+    in_order(&diagnostics.0).into_iter().map(one_to_json).collect()
 }
 
 fn one_to_json(diagnostic: &Diagnostic) -> Value {
