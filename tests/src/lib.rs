@@ -1,1 +1,13 @@
-//! (being written)
+//! What whole-system tests share: projects in temporary folders, runs of the program, and the way to test data.
+//!
+//! The tests stand in `tests/`: each takes the whole house as a user or a developer finds it.
+
+mod data;
+mod project;
+mod run;
+mod workspace;
+
+pub use data::test_data;
+pub use project::Project;
+pub use run::Run;
+pub use workspace::{Workspace, root};

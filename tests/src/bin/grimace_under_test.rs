@@ -1,0 +1,5 @@
+//! The program `grimace`, as the whole-system tests run it.
+
+fn main() -> std::process::ExitCode {
+    grimace::main()
+}
