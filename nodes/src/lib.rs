@@ -4,6 +4,7 @@
 //! of [`graph_core::node`] only where its crate is linked.
 
 pub mod load;
+mod patterns;
 pub mod rig;
 pub mod save;
 pub mod solve;

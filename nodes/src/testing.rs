@@ -1,10 +1,17 @@
 //! What the tests of nodes share: an engine that is not there, and the way to test data.
 
 use graph_core::node::{Context, Host, Inputs, Node, NodeError, Outputs, SourceFile};
+use sample_head::SampleHead;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
+
+/// A coarse procedural head with a short range of motion.
+pub(crate) static HEAD: LazyLock<SampleHead> = LazyLock::new(|| {
+    let options = sample_head::Options { density: 0.5, motion_frames: 600, ..Default::default() };
+    sample_head::build(&options).unwrap()
+});
 
 /// The engine's side of a context: files from memory, progress kept, checkpoints kept.
 #[derive(Debug, Default)]
@@ -36,6 +43,11 @@ impl Bench {
         self.cancel_after = Some(reports);
         self.cancelled = AtomicBool::new(reports == 0);
         self
+    }
+
+    /// A later cook, which finds the checkpoints of this one.
+    pub fn resumed(&self) -> Self {
+        Self { checkpoints: Mutex::new(self.checkpoints.lock().unwrap().clone()), ..Self::default() }
     }
 
     /// Computes `node`.
@@ -88,10 +100,8 @@ pub(crate) fn made<T: serde::de::DeserializeOwned>(parameters: serde_json::Value
 /// Where a real test input lies; `None`, said loudly, where this machine has none. In CI that is a failure.
 #[allow(clippy::print_stderr, reason = "a skipped test says so")]
 pub(crate) fn test_data(relative: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("GRIMACE_TEST_DATA").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
-        PathBuf::from,
-    );
+    let root = std::env::var_os("GRIMACE_TEST_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"), PathBuf::from);
     let path = root.join(relative);
     if path.exists() {
         return Some(path);

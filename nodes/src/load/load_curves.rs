@@ -45,15 +45,14 @@ impl Node for LoadCurves {
     fn compute(&self, context: &Context<'_>, _: &Inputs) -> Result<Outputs, NodeError> {
         let source = context.source()?;
         let file = source.name.as_str();
-        if !file.to_lowercase().ends_with(".csv") {
+        if super::extension(file) != "csv" {
             let problem = "curves are read from tables (.csv), plain or of Live Link Face; export the file as one";
             return Err(NodeError::file(file, problem));
         }
         let mut table = curves::open(&source.bytes).map_err(|error| NodeError::file(file, error))?;
         table.rate_hz = self.rate_hz.or(table.rate_hz);
         let curves = table.into_curves(None).map_err(|error| NodeError::file(file, error))?;
-        let selection =
-            Selection { what: "channel", only: &self.only, without: &self.without, rename: &self.rename };
+        let selection = Selection { what: "channel", only: &self.only, without: &self.without, rename: &self.rename };
         let chosen = selection.apply(file, curves.channels())?;
         let (columns, names): (Vec<usize>, Vec<String>) = chosen.into_iter().unzip();
         let values = (0..curves.frames()).flat_map(|frame| {

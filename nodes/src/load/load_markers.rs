@@ -64,9 +64,8 @@ impl LoadMarkers {
     /// The markers in the file, in metres, and the unit in which the file has them.
     fn read(&self, source: &SourceFile) -> Result<(Markers, LengthUnit), NodeError> {
         let wrong = |problem: &dyn std::fmt::Display| NodeError::file(&source.name, problem);
-        let extension = source.name.rsplit_once('.').map_or(String::new(), |(_, last)| last.to_lowercase());
         let bytes = source.bytes.as_slice();
-        let (markers, unit) = match extension.as_str() {
+        let (markers, unit) = match super::extension(&source.name).as_str() {
             "csv" => {
                 let mut table = marker_csv::open(bytes).map_err(|error| wrong(&error))?;
                 table.rate_hz = self.rate_hz.or(table.rate_hz);
@@ -98,11 +97,11 @@ impl LoadMarkers {
         if let Some((index, name)) = names.iter().enumerate().find(|(index, name)| names[..*index].contains(name)) {
             let other = names.iter().position(|own| own == name).unwrap_or_default();
             let [other, this] = [other, index].map(|index| &markers.names()[index]);
-            let problem = format!("`{other}` and `{this}` of {file} would both be `{name}`; load one subject with `only`");
+            let problem =
+                format!("`{other}` and `{this}` of {file} would both be `{name}`; load one subject with `only`");
             return Err(NodeError::parameter("strip_subject", problem));
         }
-        let selection =
-            Selection { what: "marker", only: &self.only, without: &self.without, rename: &self.rename };
+        let selection = Selection { what: "marker", only: &self.only, without: &self.without, rename: &self.rename };
         let (columns, names): (Vec<usize>, Vec<String>) = selection.apply(file, &names)?.into_iter().unzip();
         let positions = (0..markers.frames()).flat_map(|frame| {
             let all = markers.frame(frame);
@@ -113,15 +112,12 @@ impl LoadMarkers {
 }
 
 /// The same numbers, read as `wanted` instead of `stated`.
-fn restated(
-    markers: &Markers,
-    stated: LengthUnit,
-    wanted: LengthUnit,
-) -> Result<Markers, face_math::data::DataError> {
+fn restated(markers: &Markers, stated: LengthUnit, wanted: LengthUnit) -> Result<Markers, face_math::data::DataError> {
     let restate = |metres: f32| wanted.to_metres(f64::from(stated.from_metres(metres)));
-    let positions = markers.positions().iter().map(|point| {
-        if point.is_nan() { Vec3::NAN } else { Vec3::from_array(point.to_array().map(restate)) }
-    });
+    let positions = markers
+        .positions()
+        .iter()
+        .map(|point| if point.is_nan() { Vec3::NAN } else { Vec3::from_array(point.to_array().map(restate)) });
     markers.with_positions(positions.collect())
 }
 

@@ -41,9 +41,9 @@ impl Node for LoadRig {
 
     fn compute(&self, context: &Context<'_>, _: &Inputs) -> Result<Outputs, NodeError> {
         let source = context.source()?;
-        let lower = source.name.to_lowercase();
-        if !(lower.ends_with(".glb") || lower.ends_with(".gltf") || gltf::detect(&source.bytes)) {
-            let problem = "rigs are read from GLB (.glb) and glTF (.gltf); export the head with its morph targets as one";
+        if !["glb", "gltf"].contains(&super::extension(&source.name).as_str()) && !gltf::detect(&source.bytes) {
+            let problem =
+                "rigs are read from GLB (.glb) and glTF (.gltf); export the head with its morph targets as one";
             return Err(NodeError::file(&source.name, problem));
         }
         let mut sibling = |path: &str| {
@@ -73,9 +73,7 @@ mod tests {
     fn triangle(buffer: &str) -> (Vec<u8>, Vec<u8>) {
         let floats = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.5, 0.0, 0.0, 0.5];
         let bytes: Vec<u8> = floats.iter().flat_map(|number| number.to_le_bytes()).collect();
-        let accessor = |view: usize, max: [f32; 3]| {
-            json!({"bufferView": view, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": max})
-        };
+        let accessor = |view: usize, max: [f32; 3]| json!({"bufferView": view, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": max});
         let file = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
             "meshes": [{
@@ -96,7 +94,10 @@ mod tests {
     fn buffers_beside_the_file_are_read() {
         let (file, buffer) = triangle("face%20data.bin");
         let rig = load(&Bench::default().with_source("a.gltf", file).with_sibling("face data.bin", buffer)).unwrap();
-        assert_eq!((rig.name.as_str(), rig.neutral.len(), rig.channels.as_slice()), ("anna", 3, &["jawOpen".into()][..]));
+        assert_eq!(
+            (rig.name.as_str(), rig.neutral.len(), rig.channels.as_slice()),
+            ("anna", 3, &["jawOpen".into()][..])
+        );
         assert_eq!(rig.shapes[0].deltas[0].z, 0.5);
     }
 

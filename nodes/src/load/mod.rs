@@ -2,11 +2,18 @@
 
 mod load_curves;
 mod load_markers;
+mod load_regions;
 mod load_rig;
 mod sample_actor;
 mod selection;
 
 pub use load_curves::LoadCurves;
 pub use load_markers::LoadMarkers;
+pub use load_regions::LoadRegions;
 pub use load_rig::LoadRig;
 pub use sample_actor::SampleActor;
+
+/// The ending of a file's name, in small letters, without the dot.
+fn extension(name: &str) -> String {
+    name.rsplit_once('.').map_or(String::new(), |(_, last)| last.to_lowercase())
+}

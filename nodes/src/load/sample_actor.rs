@@ -11,8 +11,7 @@ const RIG: Port<Rig> = Port::new("rig", "the head: 53 channels, combination corr
 const NEUTRAL: Port<Markers> =
     Port::new("neutral", "the markers of the face at rest, one frame: 98 on the face, 4 `head_*`, in metres");
 const REGIONS: Port<Regions> = Port::new("regions", "seven regions, each with its markers and its channels");
-const ROM: Port<Curves> =
-    Port::new("rom", "a range of motion at 60 Hz: every channel, then expressions, then speech");
+const ROM: Port<Curves> = Port::new("rom", "a range of motion at 60 Hz: every channel, then expressions, then speech");
 const TAKES: Port<Markers> = Port::new("takes", "captured markers of each take at 60 Hz, in metres");
 const TRUTH: Port<Curves> = Port::new("truth", "the weights that drove each take, to measure against");
 
@@ -71,13 +70,7 @@ graph_core::register!(SampleActor);
 #[typetag::serde(name = "sample_actor")]
 impl Node for SampleActor {
     fn card(&self) -> Card {
-        Card::new("load")
-            .gives(&RIG)
-            .gives(&NEUTRAL)
-            .gives(&REGIONS)
-            .gives(&ROM)
-            .gives_list(&TAKES)
-            .gives_list(&TRUTH)
+        Card::new("load").gives(&RIG).gives(&NEUTRAL).gives(&REGIONS).gives(&ROM).gives_list(&TAKES).gives_list(&TRUTH)
     }
 
     fn compute(&self, context: &Context<'_>, _: &Inputs) -> Result<Outputs, NodeError> {
@@ -97,7 +90,7 @@ impl Node for SampleActor {
             context.go_on()?;
             let performed = sample_head::takes(&head, 1, self.frames, self.seed + index as u64);
             for take in performed.map_err(NodeError::failed)? {
-                takes.push((take.name.clone(), self.captured(&exact, &take)?));
+                takes.push((take.name.clone(), self.captured(exact.as_ref(), &take)?));
                 truth.push((take.name, take.truth));
             }
             context.progress(0.5 + 0.5 * (index + 1) as f64 / self.takes as f64, &[]);
@@ -123,7 +116,7 @@ impl SampleActor {
     }
 
     /// The markers of `take` with `noise` times their noise: x = e + n (c − e), e exact and c captured positions.
-    fn captured(&self, exact: &Option<MarkerRig>, take: &Take) -> Result<Markers, NodeError> {
+    fn captured(&self, exact: Option<&MarkerRig>, take: &Take) -> Result<Markers, NodeError> {
         let Some(exact) = exact else { return Ok(take.markers.clone()) };
         let exact = exact.drive(&take.truth).map_err(SampleHeadError::from).map_err(NodeError::failed)?;
         let noise = self.noise as f32;

@@ -1,7 +1,7 @@
 //! Which names of a file to keep, and under which names: what the loaders of markers and of curves have in common.
 
+use crate::patterns::Patterns;
 use face_math::data::nearest_name;
-use globset::{GlobBuilder, GlobMatcher};
 use graph_core::node::NodeError;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,18 +23,22 @@ impl Selection<'_> {
     /// # Errors
     /// Where a pattern or an old name fits nothing in the file, nothing is left, or two would have the same name.
     pub fn apply(&self, file: &str, names: &[String]) -> Result<Vec<(usize, String)>, NodeError> {
-        let only = self.patterns("only", self.only, file, names)?;
-        let without = self.patterns("without", self.without, file, names)?;
-        let fits = |patterns: &[GlobMatcher], name: &str| patterns.iter().any(|pattern| pattern.is_match(name));
-        let kept = |name: &str| (only.is_empty() || fits(&only, name)) && !fits(&without, name);
-        let kept: Vec<usize> = (0..names.len()).filter(|index| kept(&names[*index])).collect();
+        let fits = |parameter, texts: &[String]| {
+            Patterns { parameter, what: self.what, names }.fits(texts).map_err(|error| in_file(file, error))
+        };
+        let (only, without) = (fits("only", self.only)?, fits("without", self.without)?);
+        let kept = |index: usize| (self.only.is_empty() || only[index]) && !without[index];
+        let kept: Vec<usize> = (0..names.len()).filter(|index| kept(*index)).collect();
         if kept.is_empty() {
             let problem = format!("no {} of {file} is left, of {}", self.what, names.len());
             return Err(NodeError::parameter(if without.is_empty() { "only" } else { "without" }, problem));
         }
         for old in self.rename.keys() {
             if !names.contains(old) {
-                return Err(NodeError::parameter("rename", self.nothing("is called", old, file, names)));
+                let near = nearest_name(old, names.iter().map(String::as_str));
+                let near = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+                let problem = format!("no {} of {file} is called `{old}`{near}", self.what);
+                return Err(NodeError::parameter("rename", problem));
             }
         }
         let mut taken = BTreeSet::new();
@@ -52,36 +56,15 @@ impl Selection<'_> {
         }
         Ok(renamed)
     }
+}
 
-    fn patterns(
-        &self,
-        parameter: &str,
-        texts: &[String],
-        file: &str,
-        names: &[String],
-    ) -> Result<Vec<GlobMatcher>, NodeError> {
-        let compile = |text: &String| {
-            let glob = GlobBuilder::new(text).backslash_escape(true).build();
-            let glob = glob.map_err(|error| NodeError::parameter(parameter, error))?.compile_matcher();
-            if names.iter().any(|name| glob.is_match(name)) {
-                Ok(glob)
-            } else {
-                Err(NodeError::parameter(parameter, self.nothing("fits", text, file, names)))
-            }
-        };
-        texts.iter().map(compile).collect()
-    }
-
-    fn nothing(&self, verb: &str, text: &str, file: &str, names: &[String]) -> String {
-        let near = match nearest_name(text, names.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => {
-                let first: Vec<_> = names.iter().take(6).map(|name| format!("`{name}`")).collect();
-                let more = if names.len() > first.len() { " …" } else { "" };
-                format!("it has {} {}s: {}{more}", names.len(), self.what, first.join(", "))
-            }
-        };
-        format!("no {} of {file} {verb} `{text}`; {near}", self.what)
+/// The error of a pattern, with the file whose names it was held against.
+fn in_file(file: &str, error: NodeError) -> NodeError {
+    match error {
+        NodeError::Parameter { parameter, problem } => {
+            NodeError::Parameter { parameter, problem: format!("{file}: {problem}") }
+        }
+        other => other,
     }
 }
 
@@ -96,8 +79,7 @@ mod tests {
     fn select(only: &[&str], without: &[&str], rename: &[(&str, &str)]) -> Result<Vec<(usize, String)>, String> {
         let own = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
         let rename = rename.iter().map(|(old, new)| ((*old).to_owned(), (*new).to_owned())).collect();
-        let selection =
-            Selection { what: "marker", only: &own(only), without: &own(without), rename: &rename };
+        let selection = Selection { what: "marker", only: &own(only), without: &own(without), rename: &rename };
         selection.apply("a.c3d", &names()).map_err(|error| error.to_string())
     }
 
@@ -112,9 +94,9 @@ mod tests {
     #[test]
     fn what_fits_nothing_is_an_error_with_the_nearest_name() {
         let error = select(&["chinn"], &[], &[]).unwrap_err();
-        assert_eq!(error, "parameter `only`: no marker of a.c3d fits `chinn`; did you mean `chin`?");
+        assert_eq!(error, "parameter `only`: a.c3d: no marker fits `chinn`; did you mean `chin`?");
         let error = select(&[], &["brow_*"], &[]).unwrap_err();
-        assert!(error.contains("`without`") && error.contains("it has 4 markers: `chin`, "), "{error}");
+        assert!(error.contains("`without`") && error.contains("there are 4 markers: `chin`, "), "{error}");
         let error = select(&[], &[], &[("lip_3", "a")]).unwrap_err();
         assert!(error.contains("is called `lip_3`; did you mean `lip_"), "{error}");
         assert!(select(&["["], &[], &[]).unwrap_err().contains("`only`"));

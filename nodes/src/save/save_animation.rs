@@ -1,0 +1,115 @@
+//! `save_animation`: a rig moved by curves as a file that any viewer plays.
+
+use super::parts;
+use face_io::{WriteError, gltf};
+use face_math::data::{Curves, Rig};
+use graph_core::cook::{Artifact, FILES};
+use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+const RIG: Port<Rig> = Port::new("rig", "the head that is moved");
+const CURVES: Port<Curves> =
+    Port::new("curves", "a weight for each channel of the rig and each frame; other channels are left out");
+
+/// Writes a rig with its animation as GLB.
+///
+/// Every shape becomes a morph target with a weight track, correctives and in-betweens included; where the jaw has been
+/// split off (`skin_jaw`), it becomes a joint that turns. One key a frame; time begins at 0 s with the first frame,
+/// whose number stands in the file's `asset.extras`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SaveAnimation {
+    /// The file to write, such as `out/{take}.glb`.
+    path: String,
+    /// Parts to leave out of the file, such as `tongue`.
+    without_parts: Vec<String>,
+}
+
+graph_core::register!(SaveAnimation);
+
+#[typetag::serde(name = "save_animation")]
+impl Node for SaveAnimation {
+    fn card(&self) -> Card {
+        Card::new("save").takes(&RIG).takes(&CURVES).writes("path")
+    }
+
+    fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
+        let (rig, curves) = (inputs.get(&RIG)?, inputs.get(&CURVES)?);
+        let axis = curves.frame_axis();
+        if axis.count == 0 {
+            return Err(NodeError::input(CURVES.name(), "there is no frame to write"));
+        }
+        context.go_on()?;
+        let provenance = json!({ "first_frame": axis.first, "frames": axis.count, "rate_hz": axis.rate_hz });
+        let bytes = if self.without_parts.is_empty() {
+            gltf::write_animation(rig, curves, &provenance)
+        } else {
+            let rig = parts::without(rig, "without_parts", &self.without_parts)?;
+            gltf::write_animation(&rig, curves, &provenance)
+        };
+        let bytes = bytes.map_err(|error| match error {
+            WriteError::Data(_) | WriteError::NotFinite { .. } => NodeError::input(CURVES.name(), error),
+            _ => NodeError::input(RIG.name(), error),
+        })?;
+        Ok(Outputs::default().with(&FILES, Artifact { bytes }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{HEAD, compute, made};
+    use face_io::no_sibling;
+    use face_math::rig::{SkinJawOptions, skin_jaw};
+
+    fn saved(parameters: serde_json::Value, rig: &Rig, curves: &Curves) -> Result<Vec<u8>, String> {
+        let node: SaveAnimation = made(parameters);
+        let inputs = Inputs::default().with(&RIG, rig.clone()).with(&CURVES, curves.clone());
+        let outputs = compute(&node, &inputs).map_err(|error| error.to_string())?;
+        Ok(outputs.get(&FILES).unwrap().bytes.clone())
+    }
+
+    /// The JSON chunk of a GLB file.
+    fn outline(bytes: &[u8]) -> serde_json::Value {
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        serde_json::from_slice(&bytes[20..20 + length]).unwrap()
+    }
+
+    fn tracks(file: &serde_json::Value) -> Vec<String> {
+        let channels = file["animations"][0]["channels"].as_array().unwrap();
+        channels.iter().map(|channel| channel["target"]["path"].as_str().unwrap().to_owned()).collect()
+    }
+
+    #[test]
+    fn the_file_is_a_rig_with_weight_tracks_and_a_turning_jaw() {
+        let bytes = saved(json!({}), &HEAD.rig, &HEAD.range_of_motion).unwrap();
+        let file = outline(&bytes);
+        assert_eq!(tracks(&file), ["weights"]);
+        assert_eq!(file["asset"]["extras"]["frames"], 600);
+        let back = gltf::read(&bytes, "back", &mut no_sibling).unwrap();
+        assert_eq!(back.channels, HEAD.rig.channels);
+        assert_eq!(back.parts.len(), HEAD.rig.parts.len());
+
+        let jawed = skin_jaw(&HEAD.rig, &SkinJawOptions::default()).unwrap().rig;
+        let file = outline(&saved(json!({}), &jawed, &HEAD.range_of_motion).unwrap());
+        assert_eq!(tracks(&file), ["weights", "rotation", "translation"]);
+    }
+
+    #[test]
+    fn parts_may_be_left_out() {
+        let bytes = saved(json!({"without_parts": ["tongue"]}), &HEAD.rig, &HEAD.range_of_motion).unwrap();
+        let back = gltf::read(&bytes, "back", &mut no_sibling).unwrap();
+        assert!(back.part("tongue").is_none() && back.parts.len() == HEAD.rig.parts.len() - 1);
+        let error = saved(json!({"without_parts": ["tounge"]}), &HEAD.rig, &HEAD.range_of_motion).unwrap_err();
+        assert!(error.contains("did you mean `tongue`?"), "{error}");
+    }
+
+    #[test]
+    fn curves_that_lack_a_channel_are_refused() {
+        let some = HEAD.range_of_motion.arrange(&["jawOpen".to_owned()], None).unwrap();
+        let error = saved(json!({}), &HEAD.rig, &some).unwrap_err();
+        assert!(error.starts_with("input `curves`: no channel `browDown_L`"), "{error}");
+    }
+}
