@@ -1,4 +1,4 @@
-//! Three small kinds of nodes, and helpers, for the tests of this folder.
+//! Three small kinds of nodes, and short ways to make and print things, for the tests of this folder.
 
 use super::{
     Body, Diagnostic, Diagnostics, Graph, Override, Scope, Source, apply_overrides, build_node, node_parameters, read,
