@@ -98,7 +98,7 @@ mod tests {
             (rig.name.as_str(), rig.neutral.len(), rig.channels.as_slice()),
             ("anna", 3, &["jawOpen".into()][..])
         );
-        assert_eq!(rig.shapes[0].deltas[0].z, 0.5);
+        assert_eq!(rig.shapes[0].deltas[0], glam::Vec3::Z * 0.5);
     }
 
     #[test]

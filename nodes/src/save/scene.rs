@@ -148,7 +148,8 @@ mod tests {
             distance(&exact.with_positions(changed).unwrap())
         };
         assert!((change(&|_, point| point + Vec3::Z * 0.003).unwrap() - 0.003).abs() < 1e-6);
-        let half = |place: usize, point: Vec3| if place % 2 == 0 { Vec3::NAN } else { point + Vec3::Y * 0.002 };
+        let half =
+            |place: usize, point: Vec3| if place.is_multiple_of(2) { Vec3::NAN } else { point + Vec3::Y * 0.002 };
         assert!((change(&half).unwrap() - 0.002).abs() < 1e-6);
         assert_eq!(change(&|_, _| Vec3::NAN), None);
         let without = Scene::new(&HEAD.rig, rom, Some(&exact), None).unwrap();
