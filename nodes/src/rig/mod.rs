@@ -1,0 +1,29 @@
+//! Nodes that make training motion and puppet markers from a rig: between loading and solving.
+
+mod attach_markers;
+mod evaluate_rig;
+mod facs_sweep;
+mod range_of_motion;
+mod skin_jaw;
+mod synthesize_markers;
+#[cfg(test)]
+pub(crate) mod toy;
+
+pub use attach_markers::AttachMarkers;
+pub use evaluate_rig::EvaluateRig;
+pub use facs_sweep::FacsSweep;
+pub use range_of_motion::RangeOfMotion;
+pub use skin_jaw::SkinJaw;
+pub use synthesize_markers::SynthesizeMarkers;
+
+use face_math::data::Curves;
+use graph_core::node::NodeError;
+
+/// Refuses curves on `port` that hold NaN or infinity.
+pub(crate) fn check_finite(port: &str, curves: &Curves) -> Result<(), NodeError> {
+    let width = curves.channels().len().max(1);
+    let Some(place) = curves.values().iter().position(|value| !value.is_finite()) else { return Ok(()) };
+    let (channel, frame) = (&curves.channels()[place % width], curves.frame_axis().first + (place / width) as i64);
+    let value = curves.values()[place];
+    Err(NodeError::input(port, format!("channel `{channel}` is {value} in frame {frame}; mend the curve first")))
+}

@@ -1,0 +1,30 @@
+//! Nodes that solve markers for channel weights (FDLS): training data, features, networks, alignment, fine-tuning, and how
+//! far off it all is. Between the rig and the saving of curves.
+
+mod add_jitter;
+mod align_anchors;
+mod curve_error;
+mod finetune_curves;
+mod frames;
+mod gaussian;
+mod graph_features;
+mod marker_error;
+mod select_salient;
+mod set_anchors;
+mod solve_jaw;
+mod solve_regions;
+mod solving;
+mod train_regions;
+mod training;
+
+pub use add_jitter::AddJitter;
+pub use align_anchors::AlignAnchors;
+pub use curve_error::CurveError;
+pub use finetune_curves::FinetuneCurves;
+pub use graph_features::GraphFeatures;
+pub use marker_error::MarkerErrors;
+pub use select_salient::SelectSalient;
+pub use set_anchors::SetAnchors;
+pub use solve_jaw::SolveJaw;
+pub use solve_regions::SolveRegions;
+pub use train_regions::TrainRegions;
