@@ -7,6 +7,7 @@
 //! - [`Puppet`]: all vertices of a head at given weights.
 //! - [`MarkerRig`]: the few points that carry markers, with derivatives: what solvers work on.
 //! - [`attach_markers`]: neutral markers onto the neutral surface.
+//! - [`snap_to_vertices`]: markers of a mask that was laid out on the mesh, onto their vertices.
 //! - [`fit_rigid`]: the best rotation and translation between two sets of points.
 //! - [`skin_jaw`]: splits the jaw's motion off a rig whose shapes hold the whole deformation.
 
@@ -20,6 +21,7 @@ mod marker_rig;
 mod puppet;
 mod rigid;
 mod skin_jaw;
+mod snap;
 #[cfg(test)]
 pub(crate) mod toy;
 
@@ -32,3 +34,4 @@ pub use marker_rig::{MarkerPose, MarkerRig};
 pub use puppet::Puppet;
 pub use rigid::{Rigid, RigidError, RigidFit, fit_rigid};
 pub use skin_jaw::{JawFit, SkinJawOptions, SkinnedJaw, skin_jaw};
+pub use snap::{SNAP_M, Snapped, snap_to_vertices};

@@ -53,7 +53,7 @@ impl Default for MinimiseOptions {
 pub enum Stop {
     /// The projected gradient is below the tolerance.
     Converged,
-    /// No step lowers f any more: rounding hides the rest of the descent.
+    /// No step lowers f any more: rounding hides the rest of the descent, or x sits on a kink of f.
     NoDescent,
     /// The steps ran out.
     StepsSpent,
@@ -110,6 +110,12 @@ pub enum MinimiseError {
     NotFinite,
 }
 
+/// The share of f below which its changes are taken for rounding: residuals of some micrometres, as differences of positions
+/// of some decimetres, carry about that much.
+const ROUNDING: f64 = 1e-10;
+/// So many steps in a row below rounding end the descent: x sits on a kink.
+const IDLE_STEPS: usize = 20;
+
 /// Minimises `function` from `start` (moved into the box first). `function(x, gradient)` returns f and writes g.
 ///
 /// # Errors
@@ -140,7 +146,7 @@ pub fn minimise(
     let mut memory = Memory::new(options.memory);
     let mut inner = Inner::new(metric, size);
     let mut direction = vec![0.0; size];
-    let mut steps = 0;
+    let (mut steps, mut idle) = (0, 0);
     let (stop, projected_gradient) = loop {
         let projected_gradient = (0..size).map(|i| descent.shift(i, 1.0)).fold(0.0, f64::max);
         if projected_gradient <= options.gradient_tolerance {
@@ -161,8 +167,13 @@ pub fn minimise(
         let longest = direction.iter().fold(0.0_f64, |longest, d| longest.max(d.abs()));
         let unscaled = memory.is_empty() && *metric == Metric::Unknown;
         let first = if unscaled { (1.0 / longest).min(1.0) } else { 1.0 };
+        let before = descent.value;
         if descent.search(&direction, &inner.free, first, 1e-16 / longest) {
             memory.remember(&descent.next, &descent.x, &descent.next_gradient, &descent.gradient);
+            idle = if before - descent.value > ROUNDING * before.abs() { 0 } else { idle + 1 };
+            if idle == IDLE_STEPS {
+                break (Stop::NoDescent, projected_gradient);
+            }
         } else if memory.is_empty() {
             break (Stop::NoDescent, projected_gradient);
         } else {
@@ -216,7 +227,7 @@ impl<F: FnMut(&[f64], &mut [f64]) -> f64> Descent<'_, F> {
             before += self.gradient[i] * step;
             after += self.next_gradient[i] * step;
         }
-        value <= self.value + 1e-14 * self.value.abs() && before < 0.0 && after <= (2e-4 - 1.0) * before
+        value <= self.value + ROUNDING * self.value.abs() && before < 0.0 && after <= (2e-4 - 1.0) * before
     }
 
     /// Moves x along the bent path until f falls enough; afterwards `next` is where it came from. False where no step

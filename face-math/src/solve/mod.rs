@@ -5,6 +5,7 @@
 //! - [`align_anchors`]: moves a take's markers towards the puppet by anchor poses (section 4.4.2).
 //! - [`minimise`]: L-BFGS in a box, behind every fit.
 //! - [`finetune`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
+//! - [`measure_jitter`]: how noisy each marker is, told from the take itself.
 //! - [`marker_error`], [`weight_error`]: how far solves are off.
 
 mod align;
@@ -12,6 +13,7 @@ mod curvature;
 mod features;
 mod finetune;
 mod finetune_plan;
+mod jitter;
 mod measure;
 mod minimise;
 #[cfg(test)]
@@ -21,6 +23,7 @@ mod salience;
 pub use align::{AlignError, AlignOptions, Aligned, align_anchors};
 pub use features::{FeatureError, fdls_sets, feature_width, graph_features};
 pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};
+pub use jitter::{JitterError, MarkerJitter, measure_jitter};
 pub use measure::{MarkerError, MeasureError, WeightError, marker_error, weight_error};
 pub use minimise::{Metric, MinimiseError, MinimiseOptions, Minimum, Stop, minimise};
 pub use salience::{Salience, SalienceError, SalienceOptions, select_salient};
