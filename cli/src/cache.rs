@@ -5,9 +5,17 @@ use crate::exit::{Exit, Trouble};
 use crate::words::size;
 use crate::{graph, output};
 use graph_core::store::{Statistics, Store};
-use serde_json::json;
+use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
+
+/// The counts as JSON.
+#[derive(Serialize)]
+struct Stat {
+    store: String,
+    #[serde(flatten)]
+    statistics: Statistics,
+}
 
 /// Prints counts and sizes.
 pub fn stat(arguments: &CacheStat) -> Result<Exit, Trouble> {
@@ -23,13 +31,7 @@ pub fn stat(arguments: &CacheStat) -> Result<Exit, Trouble> {
     }
     let statistics = Store::open(&place)?.statistics();
     if arguments.json {
-        let mut object = json!({ "store": place.display().to_string() });
-        if let (Some(object), Ok(serde_json::Value::Object(counts))) =
-            (object.as_object_mut(), serde_json::to_value(statistics))
-        {
-            object.extend(counts);
-        }
-        output::print_json(&object)?;
+        output::print_json(&Stat { store: place.display().to_string(), statistics })?;
     } else {
         output::print(&table(&place, &statistics))?;
     }

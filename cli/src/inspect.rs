@@ -6,7 +6,6 @@ use crate::output;
 use console::style;
 use face_io::Inspection;
 use serde::Serialize;
-use serde_json::json;
 use std::io;
 use std::path::Path;
 
@@ -16,6 +15,13 @@ struct Found<'a> {
     file: String,
     #[serde(flatten)]
     inspection: &'a Inspection,
+}
+
+/// A file that cannot be read, as JSON.
+#[derive(Serialize)]
+struct Unreadable<'a> {
+    file: &'a str,
+    error: &'a str,
 }
 
 /// Says of each file what it holds. A file that cannot be read keeps no other from being shown.
@@ -33,7 +39,7 @@ pub fn inspect(arguments: &Inspect) -> Result<Exit, Trouble> {
             Err(problem) => {
                 exit = Exit::Wrong;
                 if arguments.json {
-                    output::print_json(&json!({ "file": file, "error": problem }))?;
+                    output::print_json(&Unreadable { file: &file, error: &problem })?;
                 }
                 output::error(&format!("{file}: {problem}"), None);
             }

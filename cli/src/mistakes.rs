@@ -3,7 +3,8 @@
 use crate::exit::{Exit, Trouble};
 use crate::{colours, output};
 use graph_core::document::{Diagnostics, render, to_json};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 /// Shows `mistakes` to people, and makes them the trouble that ends the command.
 pub fn tell(mistakes: Diagnostics) -> Trouble {
@@ -12,20 +13,21 @@ pub fn tell(mistakes: Diagnostics) -> Trouble {
     Trouble::Graph(mistakes)
 }
 
+/// One mistake as a line of JSON.
+#[derive(Serialize)]
+struct Line {
+    event: &'static str,
+    #[serde(flatten)]
+    facts: Value,
+}
+
 /// Prints `mistakes` as JSON, one a line: `{"event":"diagnostic","code":…,"message":…}`.
 ///
 /// # Errors
 /// Where standard output cannot be written.
 pub fn print_json(mistakes: &Diagnostics) -> Result<(), Trouble> {
     let Value::Array(all) = to_json(mistakes) else { return Ok(()) };
-    for mistake in all {
-        let mut object = json!({ "event": "diagnostic" });
-        if let (Some(object), Value::Object(facts)) = (object.as_object_mut(), mistake) {
-            object.extend(facts);
-        }
-        output::print_json(&object)?;
-    }
-    Ok(())
+    all.into_iter().try_for_each(|facts| output::print_json(&Line { event: "diagnostic", facts }))
 }
 
 /// The exit code for `mistakes`: where all of them are of the command line's `--set`, no graph is wrong.
