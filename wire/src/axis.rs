@@ -42,8 +42,10 @@ impl FrameAxis {
     }
 
     /// The axis of the frames at positions `range` (counted from 0) of this one.
+    #[must_use]
     pub fn slice(&self, range: &Range<usize>) -> Self {
-        Self { first: self.first + range.start as i64, count: range.len(), rate_hz: self.rate_hz }
+        let first = self.first.saturating_add_unsigned(range.start as u64);
+        Self { first, count: range.len(), rate_hz: self.rate_hz }
     }
 
     /// Whether a value on `other` can be used frame for frame beside one on `self`.

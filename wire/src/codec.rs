@@ -54,6 +54,9 @@ impl Encoder {
     }
 
     /// Writes a small structured record.
+    ///
+    /// # Panics
+    /// Where the record's own `Serialize` fails; records of plain data, which is what values have, never do.
     pub fn record<T: Serialize>(&mut self, record: &T) {
         let bytes = postcard::to_stdvec(record).expect("records of plain data serialise into memory");
         self.blob(&bytes);

@@ -98,6 +98,12 @@ pub trait Data: Value + Sized {
     }
 }
 
+/// Reads one value back from a whole run of bytes.
+type DecodeValue = fn(&[u8]) -> Result<Arc<dyn Value>, DecodeError>;
+
+/// Joins consecutive slices of one value.
+type JoinValues = fn(&[Arc<dyn Value>]) -> Result<Arc<dyn Value>, JoinError>;
+
 /// The facts of a value type, as plain data and function pointers.
 #[derive(Clone, Copy)]
 pub struct ValueKind {
@@ -108,9 +114,9 @@ pub struct ValueKind {
     /// [`Data::FRAMED`].
     pub framed: bool,
     /// [`Data::decode`] over a whole run of bytes.
-    pub decode: fn(&[u8]) -> Result<Arc<dyn Value>, DecodeError>,
+    pub decode: DecodeValue,
     /// [`Data::join`] over slices of this type.
-    pub join: fn(&[Arc<dyn Value>]) -> Result<Arc<dyn Value>, JoinError>,
+    pub join: JoinValues,
 }
 
 impl ValueKind {
