@@ -28,7 +28,7 @@ pub struct SampleActor {
     /// How far actors differ from the average head: 0 not at all, 1 as people do, 3 as caricatures do.
     #[schemars(range(min = 0.0, max = 3.0))]
     variation: f64,
-    /// Fineness of the mesh along each side: 1 gives about 20,000 vertices, 0.7 half as many.
+    /// Fineness of the mesh along each side: 1 gives about 30,000 vertices, 0.7 about half as many.
     #[schemars(range(min = 0.5, max = 2.0))]
     density: f64,
     /// Length of the range of motion at 60 Hz.
