@@ -108,6 +108,10 @@ impl Assembly {
             Source::Piece(piece, vertex) => match &pieces[*piece].follow {
                 Follow::Jaw(shares) => shares[*vertex as usize],
                 Follow::Eye(_) => 0.0,
+                Follow::Lining(shares) => {
+                    let (own, skin, jaw) = shares[*vertex as usize];
+                    mover.jaw_share[own as usize] * skin + jaw
+                }
                 Follow::Skin(weights) => {
                     weights[*vertex as usize].iter().map(|(own, weight)| mover.jaw_share[*own as usize] * weight).sum()
                 }
@@ -144,6 +148,11 @@ impl Assembly {
                                 let centre = features.eye * Vec3::new(side, 1.0, 1.0);
                                 centre + turn * (at - centre) - at
                             }),
+                            Follow::Lining(shares) => {
+                                let (near, skin, share) = shares[own];
+                                motion.skin[near as usize] * skin
+                                    + motion.jaw.map_or(Vec3::ZERO, |jaw| jaw.delta(at) * share)
+                            }
                             Follow::Skin(weights) => {
                                 weights[own].iter().map(|(skin, w)| motion.skin[*skin as usize] * *w).sum()
                             }

@@ -1,6 +1,6 @@
 //! The 53 channels, the combination correctives and the in-betweens of the head, by name.
 
-/// Channels in the order of the curves: ARKit's names, with `_L` and `_R`, brows and cheeks split by side.
+/// Channels in the order of the curves: those of `ARKit`, with `_L` and `_R`, brows and cheeks split by side.
 #[rustfmt::skip]
 pub const CHANNELS: [&str; 53] = [
     "browDown_L", "browDown_R", "browInnerUp_L", "browInnerUp_R", "browOuterUp_L", "browOuterUp_R",

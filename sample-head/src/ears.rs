@@ -2,7 +2,7 @@
 
 use crate::features::Features;
 use crate::numbers::{gauss, smoothstep};
-use crate::piece::{Follow, Piece, sheet};
+use crate::piece::{Follow, Piece, flip, sheet};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
 
@@ -59,7 +59,8 @@ pub fn ears(features: &Features, colour: [f32; 3]) -> [Piece; 2] {
     };
     let (points, triangles, uvs) = sheet(rings, around + 1, place);
     let mirrored: Vec<Vec3> = points.iter().map(|point| *point * Vec3::new(-1.0, 1.0, 1.0)).collect();
-    let flipped = triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+    let mut flipped = triangles.clone();
+    flip(&mut flipped);
     let follow = Follow::Jaw(vec![0.0; points.len()]);
     let right =
         Piece { name: "ear_R", points: mirrored, triangles: flipped, uvs: uvs.clone(), colour, follow: follow.clone() };

@@ -1,13 +1,14 @@
 //! The eyeballs: white, iris and pupil as three parts each, since a part has one colour.
 
 use crate::features::{EYE_RADIUS, Features};
-use crate::piece::{Follow, Piece};
+use crate::piece::{Follow, Piece, flip};
 use glam::Vec3;
+use std::f32::consts::{PI, TAU};
 
 /// Angles from the line of sight: where the pupil, the iris and the white end.
 const PUPIL_RAD: f32 = 0.185;
 const IRIS_RAD: f32 = 0.505;
-const BACK_RAD: f32 = std::f32::consts::PI;
+const BACK_RAD: f32 = PI;
 
 /// Eyeball, iris and pupil of both eyes; the vertex 0 of each pupil is its centre.
 pub fn eyes(features: &Features, density: f32) -> Vec<Piece> {
@@ -42,42 +43,38 @@ fn band(
     colour: [f32; 3],
 ) -> Piece {
     let (mut points, mut uvs, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+    // For each ring its first vertex and their number: one at a pole.
+    let mut starts: Vec<(u32, u32)> = Vec::new();
     for ring in 0..=rings {
         let angle = from + (to - from) * ring as f32 / rings as f32;
-        let pole = angle < 1e-3 || angle > BACK_RAD - 1e-3;
-        for step in 0..if pole { 1 } else { around } {
-            let turn = step as f32 / around as f32 * std::f32::consts::TAU;
-            // Mirrored eyes are mirror images, vertex by vertex.
-            let turn = if eye == 0 { turn } else { std::f32::consts::PI - turn };
-            let (sin, cos) = (angle.sin(), angle.cos());
-            let direction = Vec3::new(sin * turn.cos(), sin * turn.sin(), cos);
+        let pole = angle.sin() < 1e-3;
+        let count = if pole { 1 } else { around };
+        starts.push((points.len() as u32, count as u32));
+        for step in 0..count {
+            let turn = step as f32 / around as f32 * TAU;
+            // The right eye is the mirror image of the left, vertex by vertex.
+            let turn = if eye == 0 { turn } else { PI - turn };
+            let direction = Vec3::new(angle.sin() * turn.cos(), angle.sin() * turn.sin(), angle.cos());
             points.push(centre + direction * EYE_RADIUS);
             let reach = angle / BACK_RAD * 0.5;
             uvs.push([0.5 + reach * turn.cos(), 0.5 - reach * turn.sin()]);
         }
     }
-    let start = |ring: usize| {
-        let first = if from < 1e-3 { 1 } else { around };
-        if ring == 0 { 0 } else { (first + (ring - 1) * around) as u32 }
-    };
-    let at_pole = |ring: usize| (ring == 0 && from < 1e-3) || (ring == rings && to > BACK_RAD - 1e-3);
-    for ring in 0..rings {
-        let at = |r: usize, step: usize| if at_pole(r) { start(r) } else { start(r) + (step % around) as u32 };
+    for pair in starts.windows(2) {
+        let at = |(first, count): (u32, u32), step: usize| first + step as u32 % count;
         for step in 0..around {
-            let (a, b) = (at(ring, step), at(ring, step + 1));
-            let (c, d) = (at(ring + 1, step), at(ring + 1, step + 1));
-            let mut pair = Vec::new();
+            let (a, b) = (at(pair[0], step), at(pair[0], step + 1));
+            let (c, d) = (at(pair[1], step), at(pair[1], step + 1));
             if a != b {
-                pair.push([a, d, b]);
+                triangles.push([a, d, b]);
             }
             if c != d {
-                pair.push([a, c, d]);
+                triangles.push([a, c, d]);
             }
-            if eye == 1 {
-                pair.iter_mut().for_each(|corners| corners.swap(1, 2));
-            }
-            triangles.extend(pair);
         }
+    }
+    if eye == 1 {
+        flip(&mut triangles);
     }
     Piece { name, points, triangles, uvs, colour, follow: Follow::Eye(eye) }
 }

@@ -235,7 +235,8 @@ impl Features {
         // Flanks rise from the cheek to the bridge.
         let flank = 3.4 * gauss(Vec2::new(at.x, at.y), Vec2::new(11.0, 4.0), Vec2::new(6.5, 11.0));
         let base = at.z;
-        let ball = |centre: Vec3, radius: Vec3| centre.z + radius.z * dome(((at - centre) / radius).truncate().length());
+        let ball =
+            |centre: Vec3, radius: Vec3| centre.z + radius.z * dome(((at - centre) / radius).truncate().length());
         let wide = self.identity.nose_width;
         let tip = ball(Vec3::new(0.0, -0.6, 10.5 * self.identity.nose_projection), Vec3::new(9.6 * wide, 8.8, 12.8));
         let wing = ball(Vec3::new(10.8 * wide, -4.6, -1.0), Vec3::new(7.8 * wide, 8.0, 12.0));

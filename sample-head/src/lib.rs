@@ -4,8 +4,8 @@
 //! correctives and in-betweens; 98 painted markers, 68 landmarks, seven regions, a range of motion. [`takes`] performs
 //! it: markers with the weights that drove them. All of it is computed from a seed, the same on every run.
 //!
-//! The way from proportions to a rig, in order: [`identity`] (who), [`skull`] (the bare head), [`features`] (what
-//! stands on it), [`skin`] (the mesh), pieces besides the skin (`eyes`, `mouth_inside`, `decals`, `ears`), `motion`
+//! The way from proportions to a rig, in order: `identity` (who), `skull` (the bare head), `features` (what
+//! stands on it), `skin` (the mesh), pieces besides the skin (`eyes`, `mouth_inside`, `decals`, `ears`), `motion`
 //! (what channels do, from `brushes`, `lids`, `lips`, `jaw`), `assemble` (the rig), `places` (markers, landmarks),
 //! `performance` (curves), `takes`.
 
@@ -116,7 +116,7 @@ pub fn build(options: &Options) -> Result<SampleHead, SampleHeadError> {
     let features = features::Features::new(identity::Identity::new(options.identity, options.variation));
     let skin = skin::Skin::new(&features, options.density);
     let normals = normals(&skin);
-    let mut pieces = mouth_inside::inside();
+    let mut pieces = mouth_inside::inside(&skin);
     pieces.extend(eyes::eyes(&features, options.density));
     pieces.extend(ears::ears(&features, assemble::SKIN_COLOUR));
     pieces.push(decals::lips(&skin, &normals, features.mouth()));
@@ -157,7 +157,9 @@ fn normals(skin: &skin::Skin) -> Vec<Vec3> {
     for corners in &skin.triangles {
         let [a, b, c] = corners.map(|vertex| skin.points[vertex as usize].at);
         let normal = (b - a).cross(c - a);
-        corners.iter().for_each(|vertex| sums[*vertex as usize] += normal);
+        for vertex in corners {
+            sums[*vertex as usize] += normal;
+        }
     }
     sums.iter().map(|sum| sum.normalize_or(Vec3::Z)).collect()
 }

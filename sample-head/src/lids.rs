@@ -76,7 +76,13 @@ impl Lids {
         let (a, b) = (self.columns.get(next.checked_sub(1)?)?, self.columns[next]);
         let t = (u - a.u) / (b.u - a.u);
         let mix = |x: f32, y: f32| x + (y - x) * t;
-        Some(Column { u, x: mix(a.x, b.x), upper: mix(a.upper, b.upper), lower: mix(a.lower, b.lower), radius: mix(a.radius, b.radius) })
+        Some(Column {
+            u,
+            x: mix(a.x, b.x),
+            upper: mix(a.upper, b.upper),
+            lower: mix(a.lower, b.lower),
+            radius: mix(a.radius, b.radius),
+        })
     }
 
     /// How much a point near the left eye belongs to a lid: 1 at its edge, 0 beyond its fold.

@@ -29,7 +29,9 @@ impl Spot {
             Place::BehindLid(_) => return None,
         };
         let along = point.u / mouth;
-        let near = (1.0 - smoothstep(0.7, 2.6, away)) * (1.0 - smoothstep(0.9, 1.8, along.abs()));
+        // What lies deep behind the lip goes along less.
+        let deep = (1.0 + 0.75 * away.min(0.0)).max(0.0);
+        let near = (1.0 - smoothstep(0.7, 2.6, away)) * (1.0 - smoothstep(0.9, 1.8, along.abs())) * deep;
         (near > 0.0).then_some(Self { along, sign, away, near })
     }
 

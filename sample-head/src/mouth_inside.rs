@@ -1,7 +1,8 @@
 //! Inside the mouth: teeth, gums, tongue and the dark cavity.
 
 use crate::numbers::smoothstep;
-use crate::piece::{Follow, Piece, sheet};
+use crate::piece::{Follow, Piece, flip, sheet};
+use crate::skin::{LIP_RINGS, Place, Skin};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -28,7 +29,7 @@ fn teeth(name: &'static str, upper: bool) -> Piece {
             Some(*sum)
         }))
         .collect();
-    let (gum_y, edge_y, inset) = if upper { (-24.0, -38.0, 0.0) } else { (-48.0, -36.8, 3.6) };
+    let (gum_y, edge_y, inset) = if upper { (-24.0, -38.0, 0.0) } else { (-48.0, -36.8, 4.2) };
     let (points, mut triangles, uvs) = sheet(13, columns, |row, column| {
         // Whole steps, so that both halves meet the teeth's bounds alike.
         let steps = (widths.len() * steps_per_tooth) as f32;
@@ -49,7 +50,7 @@ fn teeth(name: &'static str, upper: bool) -> Piece {
         Vec3::new(x, gum_y + (edge - gum_y) * height.powf(0.9), z)
     });
     if upper {
-        triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        flip(&mut triangles);
     }
     let share = if upper { 0.0 } else { 1.0 };
     let follow = Follow::Jaw(vec![share; points.len()]);
@@ -58,7 +59,7 @@ fn teeth(name: &'static str, upper: bool) -> Piece {
 
 /// The gum before one row of teeth.
 fn gums(name: &'static str, upper: bool) -> Piece {
-    let (near, far, inset) = if upper { (-26.2, -14.0, 0.3) } else { (-46.2, -57.0, 3.9) };
+    let (near, far, inset) = if upper { (-26.2, -14.0, 0.3) } else { (-46.2, -53.0, 4.6) };
     let (points, mut triangles, uvs) = sheet(9, 57, |row, column| {
         let t = column * 2.0 - 1.0;
         // Scallops between the teeth.
@@ -69,7 +70,7 @@ fn gums(name: &'static str, upper: bool) -> Piece {
         Vec3::new(x, y, z)
     });
     if !upper {
-        triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
+        flip(&mut triangles);
     }
     let share = if upper { 0.0 } else { 1.0 };
     let follow = Follow::Jaw(vec![share; points.len()]);
@@ -92,30 +93,53 @@ fn tongue() -> Piece {
     Piece { name: "tongue", points, triangles, uvs, colour: [0.45, 0.14, 0.13], follow }
 }
 
-/// The cavity: a dark bag from inside the lips to the throat, seen from within.
-fn cavity() -> Piece {
-    let mut share = Vec::new();
-    let (points, triangles, uvs) = sheet(15, 41, |row, column| {
-        let turn = (column - 0.25) * 2.0 * PI;
-        let deep = row;
-        let size = (1.0 - deep * deep).max(0.0).sqrt();
-        let (x, y) = (30.0 * size * turn.cos(), -36.0 + 20.0 * size * turn.sin());
-        Vec3::new(x, y, 98.0 - 60.0 * deep - x * x / 26.0)
+/// The cavity: a dark bag from the innermost ring of the lips to the throat, seen from within. Its front moves with the
+/// lips, its end stays.
+fn cavity(skin: &Skin) -> Piece {
+    let ring = lip_ring(skin);
+    let (rows, columns) = (17, ring.len() + 1);
+    let (points, mut triangles, uvs) = sheet(rows, columns, |row, column| {
+        let place = (column * (columns - 1) as f32).round() as usize % ring.len();
+        let at = skin.points[ring[place] as usize].at;
+        // Wide behind the lips, around the teeth, then narrow to the throat.
+        let narrow = 1.0 - smoothstep(0.6, 1.0, row);
+        let wide = 1.0 + 0.75 * smoothstep(0.0, 0.28, row);
+        // Below, the chin's skin lies close behind the lip: the bag opens later there.
+        let high = if at.y > -36.0 { smoothstep(0.0, 0.12, row) } else { smoothstep(0.10, 0.36, row) };
+        let up = ((at.y + 36.0) * (1.0 + 1.3 * high)).clamp(-17.0, 24.0);
+        Vec3::new(at.x * wide * narrow, up * narrow - 36.0, at.z + (38.0 - at.z) * row)
     });
-    for point in &points {
-        share.push(smoothstep(-30.0, -44.0, point.y) * smoothstep(30.0, 50.0, point.z));
-    }
-    Piece { name: "mouth_cavity", points, triangles, uvs, colour: [0.10, 0.02, 0.02], follow: Follow::Jaw(share) }
+    let shares = points.iter().enumerate().map(|(index, point)| {
+        let row = (index / columns) as f32 / (rows - 1) as f32;
+        let lip = 1.0 - smoothstep(0.0, 0.13, row);
+        let jaw = smoothstep(-33.0, -42.0, point.y) * (1.0 - smoothstep(0.75, 1.0, row));
+        (ring[index % columns % ring.len()], lip, (1.0 - lip) * jaw)
+    });
+    flip(&mut triangles);
+    let follow = Follow::Lining(shares.collect());
+    Piece { name: "mouth_cavity", points, triangles, uvs, colour: [0.10, 0.02, 0.02], follow }
+}
+
+/// The innermost ring of the lips, once around: from the middle of the upper lip to the performer's left, and back along
+/// the lower.
+fn lip_ring(skin: &Skin) -> Vec<u32> {
+    let innermost = |vertex: &u32| skin.points[*vertex as usize].place == Place::InsideLip(LIP_RINGS);
+    // Rings are laid down as the upper edge with both corners, then the lower edge without.
+    let all: Vec<u32> = (0..skin.points.len() as u32).filter(innermost).collect();
+    let (upper, lower) = all.split_at(skin.mouth.upper.len().min(all.len()));
+    let mut ring: Vec<u32> = upper.iter().chain(lower.iter().rev()).copied().collect();
+    ring.rotate_left(upper.len() / 2);
+    ring
 }
 
 /// All parts inside the mouth.
-pub fn inside() -> Vec<Piece> {
+pub fn inside(skin: &Skin) -> Vec<Piece> {
     vec![
         teeth("teeth_upper", true),
         teeth("teeth_lower", false),
         gums("gums_upper", true),
         gums("gums_lower", false),
         tongue(),
-        cavity(),
+        cavity(skin),
     ]
 }

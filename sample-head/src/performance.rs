@@ -183,7 +183,9 @@ impl Stage {
         let lead = Timing { start: 0.0, rise: 12.0, hold: self.frames as f32 - 25.0, fall: 12.0 };
         for (frame, values) in self.values.chunks_exact_mut(CHANNELS.len()).enumerate() {
             let share = lead.at(frame as f32);
-            values.iter_mut().for_each(|value| *value *= share);
+            for value in values {
+                *value *= share;
+            }
         }
         let names = CHANNELS.iter().map(|channel| (*channel).to_owned()).collect();
         Curves::new(FrameAxis::new(self.frames, RATE_HZ), names, self.values)

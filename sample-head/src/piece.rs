@@ -9,6 +9,8 @@ pub enum Follow {
     Jaw(Vec<f32>),
     /// The eyeball: 0 the performer's left, 1 the right.
     Eye(usize),
+    /// The inside of the mouth: each vertex by a share of one vertex of the skin, and a share of the jaw.
+    Lining(Vec<(u32, f32, f32)>),
     /// The skin: each vertex by a weighted sum of three of the skin's.
     Skin(Vec<[(u32, f32); 3]>),
 }
@@ -53,4 +55,11 @@ pub fn sheet(
         }
     }
     (points, triangles, uvs)
+}
+
+/// Turns triangles to face the other way.
+pub fn flip(triangles: &mut [[u32; 3]]) {
+    for corners in triangles {
+        corners.swap(1, 2);
+    }
 }

@@ -3,6 +3,7 @@
 use crate::features::{Features, LIP_CHART, Side, V_MOUTH};
 use crate::skin::{Place, Skin};
 use glam::Vec2;
+use std::ops::RangeInclusive;
 
 /// A place on the face, on the performer's left half where it has a side.
 #[derive(Debug, Clone, Copy)]
@@ -127,30 +128,31 @@ pub fn landmarks(skin: &Skin, features: &Features) -> [u32; 68] {
     found
 }
 
-/// Names and vertices of the markers on the skin, without pupils: face, then head.
-pub fn skin_markers(skin: &Skin, features: &Features) -> (Vec<(String, u32)>, Vec<(String, u32)>) {
-    let numbers = landmarks(skin, features);
-    let mut named: Vec<(String, u32)> = Vec::new();
-    let runs: [(&str, usize, usize, usize); 9] = [
-        ("jawline_", 3, 13, 3),
-        ("brow_R_", 17, 21, 0),
-        ("brow_L_", 22, 26, 0),
-        ("nose_bridge_", 27, 30, 0),
-        ("nose_base_", 31, 35, 0),
-        ("eyelid_R_", 36, 41, 0),
-        ("eyelid_L_", 42, 47, 0),
-        ("lip_outer_", 48, 59, 0),
-        ("lip_inner_", 60, 67, 0),
-    ];
-    for (stem, first, last, start) in runs {
-        let wide = matches!(stem, "jawline_" | "lip_outer_");
-        for landmark in first..=last {
-            let number = landmark - first + start;
-            let name = if wide { format!("{stem}{number:02}") } else { format!("{stem}{number}") };
-            named.push((name, numbers[landmark]));
-        }
+/// Markers: names and vertices of the skin.
+pub type Named = Vec<(String, u32)>;
+
+/// Names of the markers that are landmarks: beginning, first number, digits, landmarks.
+const LANDMARK_MARKERS: [(&str, usize, usize, RangeInclusive<usize>); 9] = [
+    ("jawline_", 3, 2, 3..=13),
+    ("brow_R_", 0, 1, 17..=21),
+    ("brow_L_", 0, 1, 22..=26),
+    ("nose_bridge_", 0, 1, 27..=30),
+    ("nose_base_", 0, 1, 31..=35),
+    ("eyelid_R_", 0, 1, 36..=41),
+    ("eyelid_L_", 0, 1, 42..=47),
+    ("lip_outer_", 0, 2, 48..=59),
+    ("lip_inner_", 0, 1, 60..=67),
+];
+
+/// The markers on the face without pupils, and those on the head.
+pub fn skin_markers(skin: &Skin, features: &Features) -> (Named, Named) {
+    let vertices = landmarks(skin, features);
+    let mut named: Named = Vec::new();
+    for (stem, first, digits, run) in LANDMARK_MARKERS {
+        let numbered = vertices[run].iter().zip(first..);
+        named.extend(numbered.map(|(vertex, number)| (format!("{stem}{number:0digits$}"), *vertex)));
     }
-    let mut extra: Vec<(String, u32)> = Vec::new();
+    let mut extra: Named = Vec::new();
     for (right, left, spot) in SKIN_MARKERS {
         let at = match spot {
             Chart(u, v) if u < 0.0 => skin.mirror[vertex(skin, features, Chart(-u, v)) as usize],

@@ -224,7 +224,7 @@ impl<'a> Builder<'a> {
 
     fn slit(&self, v: f32, from: f32, to: f32) -> Slit {
         let width = self.width();
-        let row = self.rows.iter().position(|own| *own == v).unwrap_or_default();
+        let row = self.rows.iter().position(|own| (own - v).abs() < 1e-4).unwrap_or_default();
         let columns = (0..width).filter(|column| (from..=to).contains(&self.u(*column)));
         let pick = |table: &[u32]| columns.clone().map(|column| table[row * width + column]).collect();
         Slit { upper: pick(&self.above), lower: pick(&self.below) }

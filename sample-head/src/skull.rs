@@ -82,7 +82,8 @@ impl Skull {
 
     /// The point at chart coordinates u (0 to [`U_BACK`], the performer's left half) and v.
     ///
-    /// Front quarter: x = w sin ψ, z = z_s + (z_f − z_s) cosᵖ ψ, with ψ = asin(u / w) over the face, then even steps
+    /// Front quarter: x = w sin ψ, z = s + (f − s) cosᵖ ψ (f, s the front's and side's z, w the half width), with
+    /// ψ = asin(u / w) over the face, then even steps
     /// to the side; the back quarter is an ellipse. y goes from the front's to the side's (the back's) by 1 − cos ψ.
     pub fn at(&self, u: f32, v: f32) -> Surface {
         let [y_front, z_front, width, y_side, z_side, y_back, z_back, power] = interpolate(&self.curves, v);

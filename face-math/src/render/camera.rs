@@ -30,9 +30,9 @@ pub(super) struct Axes {
 }
 
 impl Camera {
-    /// A front view that holds all of `points` (metres) from whichever side it is turned to later.
+    /// A front view that holds all of `points` (metres), from whichever side it is turned to later.
     ///
-    /// Points that are not finite are left out. The lens is a short portrait lens (24°), for little distortion.
+    /// Points that are not finite are left out. The lens is a portrait lens (24°), for little distortion.
     pub fn framing(points: &[Vec3]) -> Self {
         let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for point in points.iter().filter(|point| point.is_finite()) {
@@ -43,12 +43,16 @@ impl Camera {
             (low, high) = (Vec3::splat(-0.1), Vec3::splat(0.1));
         }
         let target = (low + high) * 0.5;
-        let size = high - low;
         let field_of_view_rad = 24f32.to_radians();
-        // Half the extent that must fit: the height, or the width as seen from any side.
-        let half = (size.y.max(size.x.max(size.z) * 0.86) * 0.5 * 1.06).max(1e-4);
-        let distance_m = half / (field_of_view_rad * 0.5).tan() + size.z * 0.35;
-        Self { target, distance_m, yaw_rad: 0.0, pitch_rad: 0.0, field_of_view_rad }
+        let (sin, tan) = ((field_of_view_rad * 0.5).sin(), (field_of_view_rad * 0.5).tan());
+        // A point r beside the turntable's axis and h above the target comes as near as D − r to a camera at distance D:
+        // h ≤ (D − r) tan; turned to the edge of its circle it needs r ≤ D sin.
+        let mut distance_m: f32 = 1e-3;
+        for offset in points.iter().filter(|point| point.is_finite()).map(|point| *point - target) {
+            let beside = offset.x.hypot(offset.z);
+            distance_m = distance_m.max(beside + offset.y.abs() / tan).max(beside / sin);
+        }
+        Self { target, distance_m: distance_m * 1.04, yaw_rad: 0.0, pitch_rad: 0.0, field_of_view_rad }
     }
 
     /// The same camera turned around the head to `yaw_rad`, lifted to `pitch_rad`.
@@ -93,7 +97,7 @@ impl Camera {
     }
 }
 
-/// A camera with a picture size: pinhole projection x_px = c + f · (x, −y) / depth, f in pixels.
+/// A camera with a picture size: the pinhole projection c + f · (x, −y) / depth, with c and f in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Projector {
     pub axes: Axes,
@@ -125,7 +129,7 @@ mod tests {
             .map(|i| Vec3::new((i & 1) as f32 * 0.15, (i >> 1 & 1) as f32 * 0.25, (i >> 2) as f32 * 0.2))
             .collect();
         for step in 0..12 {
-            let camera = Camera::framing(&points).turned(step as f32 * 0.6, 0.1);
+            let camera = Camera::framing(&points).turned(step as f32 * 0.6, 0.0);
             for point in &points {
                 let (at, depth) = camera.project(*point, 200, 200).unwrap();
                 assert!(at.x > 0.0 && at.x < 200.0 && at.y > 0.0 && at.y < 200.0, "{at} at step {step}");

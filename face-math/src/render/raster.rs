@@ -3,6 +3,7 @@
 use super::camera::Projector;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// No triangle covers this sample.
 pub const NOTHING: u32 = u32::MAX;
@@ -17,6 +18,9 @@ pub struct Sample {
     /// Barycentric weights of the second and third vertex, in space (not on the screen).
     pub weights: [f32; 2],
 }
+
+/// How far outside a triangle (in its own size) a sample still counts as on its edge, so that no gaps open.
+const ON_EDGE: f32 = 1e-5;
 
 const EMPTY: Sample = Sample { triangle: NOTHING, inverse_depth: 0.0, weights: [0.0; 2] };
 
@@ -39,20 +43,26 @@ pub fn rasterise(
         .iter()
         .map(|point| projector.project(*point).map(|(at_px, depth)| Placed { at_px, inverse_depth: 1.0 / depth }))
         .collect();
+    let prepared: Vec<Option<Prepared>> = triangles
+        .par_iter()
+        .map(|corners| {
+            let [Some(a), Some(b), Some(c)] = corners.map(|vertex| placed[vertex as usize]) else { return None };
+            Prepared::new([a, b, c], width_px, height_px)
+        })
+        .collect();
     let mut samples = vec![EMPTY; width_px * height_px];
     // Bands of rows are independent of each other, so the outcome does not depend on how they are shared out.
     let band_rows = 64;
     samples.par_chunks_mut(width_px.max(1) * band_rows).enumerate().for_each(|(band, rows)| {
-        let first = (band * band_rows) as f32;
-        let last = first + (rows.len() / width_px) as f32;
-        for (index, corners) in triangles.iter().enumerate() {
-            let [Some(a), Some(b), Some(c)] = corners.map(|vertex| placed[vertex as usize]) else { continue };
-            let low = a.at_px.min(b.at_px).min(c.at_px);
-            let high = a.at_px.max(b.at_px).max(c.at_px);
-            if high.y < first || low.y > last || high.x < 0.0 || low.x > width_px as f32 {
-                continue;
+        let first = band * band_rows;
+        let band = first..first + rows.len() / width_px;
+        for (index, triangle) in prepared.iter().enumerate() {
+            if let Some(triangle) = triangle
+                && triangle.rows.0 < band.end
+                && triangle.rows.1 >= band.start
+            {
+                triangle.fill(rows, width_px, &band, index as u32);
             }
-            fill(rows, width_px, (first, last), (low, high), index as u32, [a, b, c]);
         }
     });
     samples
@@ -63,39 +73,57 @@ fn area(a: Vec2, b: Vec2, c: Vec2) -> f32 {
     (b - a).perp_dot(c - a)
 }
 
-fn fill(
-    rows: &mut [Sample],
-    width_px: usize,
-    (first, last): (f32, f32),
-    (low, high): (Vec2, Vec2),
-    triangle: u32,
-    [a, b, c]: [Placed; 3],
-) {
-    let whole = area(a.at_px, b.at_px, c.at_px);
-    if whole.abs() < 1e-9 {
-        return;
+/// A triangle made ready to be filled: the pixels it may cover, and its barycentric weights as functions on the screen.
+struct Prepared {
+    /// First and last column and row.
+    columns: (usize, usize),
+    rows: (usize, usize),
+    /// Gradient (1/px) of the weights of the second and third corner, and where on the screen each is 0.
+    slopes: [(Vec2, Vec2); 2],
+    inverse_depths: [f32; 3],
+}
+
+impl Prepared {
+    fn new([a, b, c]: [Placed; 3], width_px: usize, height_px: usize) -> Option<Self> {
+        let low = a.at_px.min(b.at_px).min(c.at_px) - 0.5;
+        let high = a.at_px.max(b.at_px).max(c.at_px) - 0.5;
+        let whole = area(a.at_px, b.at_px, c.at_px);
+        let outside = high.x < 0.0 || high.y < 0.0 || low.x > width_px as f32 || low.y > height_px as f32;
+        if outside || whole.abs() < 1e-9 {
+            return None;
+        }
+        let span = |low: f32, high: f32, size: usize| {
+            (low.ceil().max(0.0) as usize, (high.floor().max(0.0) as usize).min(size.saturating_sub(1)))
+        };
+        let slope = |from: Vec2, to: Vec2| (Vec2::new(from.y - to.y, to.x - from.x) / whole, from);
+        Some(Self {
+            columns: span(low.x, high.x, width_px),
+            rows: span(low.y, high.y, height_px),
+            slopes: [slope(c.at_px, a.at_px), slope(a.at_px, b.at_px)],
+            inverse_depths: [a.inverse_depth, b.inverse_depth, c.inverse_depth],
+        })
     }
-    let (x0, x1) = ((low.x - 0.5).ceil().max(0.0) as usize, (high.x - 0.5).floor().min(width_px as f32 - 1.0));
-    let (y0, y1) = ((low.y - 0.5).ceil().max(first) as usize, (high.y - 0.5).floor().min(last - 1.0));
-    if x1 < 0.0 || y1 < 0.0 {
-        return;
-    }
-    for y in y0..=y1 as usize {
-        let row = (y - first as usize) * width_px;
-        for x in x0..=x1 as usize {
-            let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-            let wb = area(a.at_px, at, c.at_px) / whole;
-            let wc = area(a.at_px, b.at_px, at) / whole;
-            let wa = 1.0 - wb - wc;
-            if wa < 0.0 || wb < 0.0 || wc < 0.0 {
-                continue;
-            }
-            // 1/depth is linear on the screen; attributes times 1/depth are too.
-            let inverse_depth = wa * a.inverse_depth + wb * b.inverse_depth + wc * c.inverse_depth;
-            let sample = &mut rows[row + x];
-            if inverse_depth > sample.inverse_depth {
-                let weights = [wb * b.inverse_depth / inverse_depth, wc * c.inverse_depth / inverse_depth];
-                *sample = Sample { triangle, inverse_depth, weights };
+
+    /// Fills the rows of a band.
+    fn fill(&self, samples: &mut [Sample], width_px: usize, band: &Range<usize>, triangle: u32) {
+        let [(slope_b, zero_b), (slope_c, zero_c)] = self.slopes;
+        let [a, b, c] = self.inverse_depths;
+        for y in self.rows.0.max(band.start)..=self.rows.1.min(band.end - 1) {
+            let row = &mut samples[(y - band.start) * width_px..][..width_px];
+            for (x, sample) in row.iter_mut().enumerate().take(self.columns.1 + 1).skip(self.columns.0) {
+                let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let wb = slope_b.dot(at - zero_b);
+                let wc = slope_c.dot(at - zero_c);
+                let wa = 1.0 - wb - wc;
+                if wa < -ON_EDGE || wb < -ON_EDGE || wc < -ON_EDGE {
+                    continue;
+                }
+                // 1/depth is linear on the screen; attributes times 1/depth are too.
+                let inverse_depth = wa * a + wb * b + wc * c;
+                if inverse_depth > sample.inverse_depth {
+                    let weights = [wb * b / inverse_depth, wc * c / inverse_depth];
+                    *sample = Sample { triangle, inverse_depth, weights };
+                }
             }
         }
     }
