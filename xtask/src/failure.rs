@@ -5,7 +5,10 @@ use std::path::PathBuf;
 /// Why a chore could not be done, or found something wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// The command line is wrong.
+    /// There is no such chore.
+    #[error("{0}")]
+    Usage(String),
+    /// A chore cannot be done as it was asked for.
     #[error("{0}")]
     CommandLine(String),
     /// A program could not be started, or ended badly.

@@ -26,14 +26,15 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match run(&words) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure @ Failure::CommandLine(_)) => {
-            say::error(&format!("{failure}\n\n{USAGE}"));
-            ExitCode::from(2)
-        }
         Err(Failure::Checks) => ExitCode::FAILURE,
         Err(failure) => {
-            say::error(&format!("xtask: {failure}"));
-            ExitCode::FAILURE
+            say::error(&failure.to_string());
+            match failure {
+                Failure::Usage(_) => say::error(&format!("\n{USAGE}")),
+                Failure::CommandLine(_) => {}
+                _ => return ExitCode::FAILURE,
+            }
+            ExitCode::from(2)
         }
     }
 }
@@ -50,7 +51,7 @@ fn run(words: &[&str]) -> Result<(), Failure> {
             say::line(USAGE);
             Ok(())
         }
-        [] => Err(Failure::CommandLine("say what to do".into())),
-        _ => Err(Failure::CommandLine(format!("there is no such task: {}", words.join(" ")))),
+        [] => Err(Failure::Usage("say what to do".into())),
+        _ => Err(Failure::Usage(format!("there is no such task: {}", words.join(" ")))),
     }
 }

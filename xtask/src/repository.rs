@@ -29,10 +29,17 @@ impl Repository {
         self.root.join(relative)
     }
 
-    /// The program `name`, to be run at the root.
+    /// The program `name`, to be run at the root. What cargo told this program of itself is kept from it, since tools
+    /// such as cargo-machete would take it for theirs.
     pub fn program(&self, name: impl AsRef<OsStr>) -> Command {
         let mut command = Command::new(name);
         command.current_dir(&self.root);
+        for (name, _) in std::env::vars_os() {
+            let text = name.to_string_lossy();
+            if text.starts_with("CARGO_PKG_") || text.starts_with("CARGO_MANIFEST_") {
+                command.env_remove(&name);
+            }
+        }
         command
     }
 

@@ -33,7 +33,6 @@ struct Parameter {
     type_text: String,
     required: bool,
     default: Option<String>,
-    file: Option<String>,
     #[serde(default)]
     choices: Vec<Choice>,
     #[serde(default)]
@@ -85,7 +84,8 @@ pub fn render(kinds: &[Kind]) -> String {
 
 fn one(out: &mut String, kind: &Kind) {
     let _ = writeln!(out, "\n### {}\n\n{}", kind.name, kind.doc.trim());
-    let _ = writeln!(out, "\nVersion {}. Works on {}.", kind.version, scope(&kind.time));
+    let scope = if kind.inputs.is_empty() { String::new() } else { scope(&kind.time) };
+    let _ = writeln!(out, "\nVersion {}.{scope}", kind.version);
     ports(out, "Input", &kind.inputs);
     ports(out, "Output", &kind.outputs);
     if !kind.parameters.is_empty() {
@@ -96,8 +96,8 @@ fn one(out: &mut String, kind: &Kind) {
 
 fn scope(time: &str) -> String {
     match time.strip_prefix("per frame") {
-        Some(rest) => format!("each frame by itself{rest}"),
-        None => "the whole of its inputs".to_owned(),
+        Some(rest) => format!(" Works on each frame by itself{rest}."),
+        None => " Works on the whole of its inputs.".to_owned(),
     }
 }
 
@@ -115,17 +115,12 @@ fn ports(out: &mut String, title: &str, ports: &[Port]) {
 fn parameters(out: &mut String, all: &[Parameter], indent: &str) {
     let deeper = format!("{indent}  ");
     for parameter in all {
-        let default = match (&parameter.default, parameter.required) {
-            (_, true) => ", must be given".to_owned(),
-            (Some(default), false) => format!(", `{default}` unless given"),
-            (None, false) => String::new(),
+        let Parameter { name, type_text, default, required, .. } = parameter;
+        let _ = match (default, required) {
+            (_, true) => write!(out, "{indent}- `{name}` ({type_text}; must be given)."),
+            (Some(default), false) => write!(out, "{indent}- `{name}` = `{default}` ({type_text})."),
+            (None, false) => write!(out, "{indent}- `{name}` ({type_text})."),
         };
-        let file = match parameter.file.as_deref() {
-            Some("reads") => ", the file that is read",
-            Some("writes") => ", the file that is written",
-            _ => "",
-        };
-        let _ = write!(out, "{indent}- `{}`: {}{default}{file}.", parameter.name, parameter.type_text);
         text(out, &parameter.doc, &deeper, " ");
         for choice in &parameter.choices {
             let _ = write!(out, "{deeper}- `{}`", choice.name);
@@ -179,8 +174,8 @@ mod tests {
         let expected = "## clean\n\n### calm\n\nCalms curves. Lags\nnothing.\n\n\
             Version 2. Works on each frame by itself, with 2 frames on either side.\n\n\
             | Input | Type | Meaning |\n|---|---|---|\n| `curves` | `Curves`, may be left open | 0\\|1 |\n\n\
-            Parameters:\n\n- `style`: `a` or `b`, `a` unless given. How.\n\n  Or how not.\n  - `a`: Softly.\n  \
-            - `b(…)`\n    - `n`: a number, must be given. Times.\n";
+            Parameters:\n\n- `style` = `a` (`a` or `b`). How.\n\n  Or how not.\n  - `a`: Softly.\n  \
+            - `b(…)`\n    - `n` (a number; must be given). Times.\n";
         assert_eq!(section, expected);
         assert!(page.contains("- [`calm`](#calm): Calms curves.\n"));
     }

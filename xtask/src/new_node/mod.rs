@@ -37,11 +37,11 @@ fn is_name(name: &str) -> bool {
     words && letters && name.starts_with(|first: char| first.is_ascii_lowercase()) && name.contains('_')
 }
 
-/// The folders of nodes.
+/// The folders of nodes; `values` holds types of value.
 fn folders(repository: &Repository) -> Result<Vec<String>, Failure> {
     let files = repository.files()?;
     let within = files.iter().filter_map(|file| file.strip_prefix("nodes/src/")?.strip_suffix("/mod.rs"));
-    Ok(within.filter(|folder| !folder.contains('/')).map(str::to_owned).collect())
+    Ok(within.filter(|folder| !folder.contains('/') && *folder != "values").map(str::to_owned).collect())
 }
 
 /// `smooth_curves` as the name of a type: `SmoothCurves`.
