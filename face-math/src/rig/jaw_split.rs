@@ -1,4 +1,4 @@
-//! The steps of splitting the jaw off a rig; [`super::skin_jaw`] says what they mean and puts them in order.
+//! The steps of splitting the jaw off a rig; [`super::skin_jaw()`] says what they mean and puts them in order.
 
 use super::skin_jaw::{JawFit, SkinJawOptions, SkinnedJaw};
 use super::{JawPose, RigError, Rigid, RigidFit, ShapeDrivers, fit_rigid};

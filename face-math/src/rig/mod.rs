@@ -9,7 +9,7 @@
 //! - [`attach_markers`]: neutral markers onto the neutral surface.
 //! - [`snap_to_vertices`]: markers of a mask that was laid out on the mesh, onto their vertices.
 //! - [`fit_rigid`]: the best rotation and translation between two sets of points.
-//! - [`skin_jaw`]: splits the jaw's motion off a rig whose shapes hold the whole deformation.
+//! - [`skin_jaw()`]: splits the jaw's motion off a rig whose shapes hold the whole deformation.
 
 mod attach;
 mod closest;

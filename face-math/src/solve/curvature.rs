@@ -1,4 +1,4 @@
-//! What L-BFGS knows of the curvature: the pairs of its last steps, and the metric given beforehand. [`super::minimise`]
+//! What L-BFGS knows of the curvature: the pairs of its last steps, and the metric given beforehand. [`super::minimise()`]
 //! says how the two make a direction.
 
 use super::minimise::{Metric, MinimiseError};

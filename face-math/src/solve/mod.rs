@@ -3,8 +3,8 @@
 //! - [`graph_features`]: what the region networks see (section 4.3 of FDLS).
 //! - [`select_salient`]: which training samples are worth keeping (section 4.2).
 //! - [`align_anchors`]: moves a take's markers towards the puppet by anchor poses (section 4.4.2).
-//! - [`minimise`]: L-BFGS in a box, behind every fit.
-//! - [`finetune`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
+//! - [`minimise()`]: L-BFGS in a box, behind every fit.
+//! - [`finetune()`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
 //! - [`measure_jitter`]: how noisy each marker is, told from the take itself.
 //! - [`marker_error`], [`weight_error`]: how far solves are off.
 
@@ -26,4 +26,4 @@ pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};
 pub use jitter::{JitterError, MarkerJitter, measure_jitter};
 pub use measure::{MarkerError, MeasureError, WeightError, marker_error, weight_error};
 pub use minimise::{Metric, MinimiseError, MinimiseOptions, Minimum, Stop, minimise};
-pub use salience::{Salience, SalienceError, SalienceOptions, select_salient};
+pub use salience::{DEFAULT_BANDWIDTH_SHARE, Salience, SalienceError, SalienceOptions, select_salient};

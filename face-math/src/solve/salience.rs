@@ -8,14 +8,16 @@
 //!
 //! x a sample's coordinates (metres), h the bandwidth (metres), k and σ unitless, 0 to 1. The paper applies it
 //! "sequentially". Read as one sweep over the whole set, the rule would drop *every* frame of a frequent pose and leave
-//! none of it. Here it is applied one sample at a time to the samples that are *still there*: the one with the largest mean
-//! goes, the others' means are taken anew over what is left, and so on until the rule holds for all (or one sample is
-//! left). A frequent pose is thus thinned until it no longer dominates, never lost; samples that all look alike come down to
-//! one, as the paper says of its extreme case; σ = 1 keeps all that are not identical. The outcome does not depend on the
-//! order of the samples, save that of equals the later goes first.
+//! none of it; read as a comparison with the samples kept so far, its outcome hangs on their order. Here it is applied one
+//! sample at a time to the samples that are *still there*: the one with the largest mean goes, the others' means are taken
+//! anew over what is left, and so on until the rule holds for all (or one sample is left). So σ is the largest share of
+//! the set that one pose may have, and h says what counts as one pose. A frequent pose is thinned until it no longer
+//! dominates, never lost; samples that all look alike come down to one, as the paper says of its extreme case; σ = 1 keeps
+//! all that are not identical. The order of the samples does not matter, save that of equals the later goes first.
 //!
-//! The means shrink as h does: h says what counts as the same pose. By default it is a share of the samples' own typical
-//! distance from each other, so that σ means the same whatever the face or the number of markers.
+//! A σ below the mean similarity of samples drawn at random leaves little: the paper, too, finds small values harmful. By
+//! default h is a share of the samples' own typical distance from each other, so that σ means the same whatever the face or
+//! the number of markers.
 
 use rayon::prelude::*;
 
@@ -24,7 +26,7 @@ use rayon::prelude::*;
 pub struct SalienceOptions {
     /// σ: samples whose mean similarity reaches it are dropped; 0 to 1. More keeps more.
     pub threshold: f64,
-    /// h, in the unit of the samples; by default [`DEFAULT_SHARE`] times the root mean square distance between samples.
+    /// h, in the unit of the samples; by default [`DEFAULT_BANDWIDTH_SHARE`] times the root mean square distance between samples.
     pub bandwidth: Option<f64>,
 }
 
@@ -35,7 +37,7 @@ impl Default for SalienceOptions {
 }
 
 /// The share of the root mean square distance between samples that is the bandwidth where none is given.
-pub const DEFAULT_SHARE: f64 = 0.25;
+pub const DEFAULT_BANDWIDTH_SHARE: f64 = 0.25;
 
 /// What was selected.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,7 +95,9 @@ pub fn select_salient(samples: &[f32], width: usize, options: &SalienceOptions) 
     let bandwidth = match options.bandwidth {
         Some(bandwidth) => bandwidth,
         // Where all samples are one, any bandwidth says so.
-        None => Some(DEFAULT_SHARE * typical_distance(samples, width, count)).filter(|h| *h > 0.0).unwrap_or(1.0),
+        None => {
+            Some(DEFAULT_BANDWIDTH_SHARE * typical_distance(samples, width, count)).filter(|h| *h > 0.0).unwrap_or(1.0)
+        }
     };
     let exponent = -0.5 / (bandwidth * bandwidth);
     let similarity = |i: usize, j: usize| {
