@@ -2,12 +2,14 @@
 //!
 //! - [`data`]: markers, curves, rigs, attachments, regions, features, images: what flows on wires.
 //! - [`rig`]: how a rig turns channel weights into points, the jaw's part of it, and marker attachment.
+//! - [`clean`]: takes made fit for solving: gaps in markers filled.
 //! - [`solve`]: features, salience, alignment and the bounded minimisers.
 //! - [`render`]: a small software rasteriser, to look at faces.
 //!
 //! Positions are metres, Y is up, the face looks along +Z, `_L`/`_R` are the performer's left and right,
 //! rotations are radians, channel weights are unitless and normally 0 to 1.
 
+pub mod clean;
 pub mod data;
 pub mod render;
 pub mod rig;
