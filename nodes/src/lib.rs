@@ -1,8 +1,9 @@
-//! The built-in nodes, one file a node, in folders in the order the data flows: load → rig → solve → save.
+//! The built-in nodes, one file a node, in folders in the order the data flows: load → clean → rig → solve → save.
 //!
 //! A program that cooks graphs names this crate (`use nodes as _;` is enough), since a node stands in the registry
 //! of [`graph_core::node`] only where its crate is linked.
 
+pub mod clean;
 pub mod load;
 mod patterns;
 pub mod rig;
