@@ -32,7 +32,7 @@ impl Run {
     ///
     /// # Panics
     /// Where it ended with another, with all that it said.
-    #[must_use]
+    #[allow(clippy::return_self_not_must_use, reason = "it is often called for its check alone")]
     pub fn ended_with(self, code: i32) -> Self {
         assert_eq!(self.code, Some(code), "\n{}\n{}", self.stdout, self.stderr);
         self

@@ -1,5 +1,7 @@
 //! What must hold for every kind of node, whoever writes it: its name, its card, its manual, its defaults.
 
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
 use graph_core::document::{
     Diagnostic, Source, apply_overrides, build_node, canonical_parameters, node_parameters, read,
 };

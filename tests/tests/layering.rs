@@ -1,5 +1,7 @@
 //! The direction of dependencies: what ARCHITECTURE.md says that a folder must not know, it does not know.
 
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use whole_system::Workspace;
