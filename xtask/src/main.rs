@@ -16,7 +16,7 @@ use repository::Repository;
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-cargo xtask ci [STEP…]            run all checks, or those named: fmt clippy rustdoc docs tidy machete deny test
+cargo xtask ci [STEP…]            run all checks, or those named: fmt tidy clippy rustdoc machete deny build docs test
 cargo xtask docs [--check]        write docs/nodes.md from what the nodes say of themselves, or see whether it is stale
 cargo xtask new-node FOLDER NAME  write nodes/src/FOLDER/NAME.rs, a node that compiles and passes its test
 cargo xtask tidy                  look for dead paths in pages, unfinished marks, overlong files and the like";
@@ -43,8 +43,8 @@ fn run(words: &[&str]) -> Result<(), Failure> {
     let repository = Repository::here();
     match words {
         ["ci", steps @ ..] => ci::run(&repository, steps),
-        ["docs"] => docs::write(&repository),
-        ["docs", "--check"] => docs::check(&repository),
+        ["docs"] => docs::write(&repository, &mut docs::program(&repository)),
+        ["docs", "--check"] => docs::check(&repository, &mut docs::program(&repository)),
         ["new-node", folder, name] => new_node::run(&repository, folder, name),
         ["tidy"] => tidy::run(&repository),
         ["help" | "--help" | "-h"] => {

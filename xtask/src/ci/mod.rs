@@ -27,14 +27,15 @@ enum Done {
 }
 
 /// All checks, the quick ones first.
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 9] = [
     Step { name: "fmt", run: steps::fmt },
     Step { name: "tidy", run: steps::tidy },
     Step { name: "clippy", run: steps::clippy },
     Step { name: "rustdoc", run: steps::rustdoc },
-    Step { name: "docs", run: steps::docs },
     Step { name: "machete", run: steps::machete },
     Step { name: "deny", run: steps::deny },
+    Step { name: "build", run: steps::build },
+    Step { name: "docs", run: steps::docs },
     Step { name: "test", run: test::run },
 ];
 

@@ -4,6 +4,7 @@ use super::Done;
 use crate::failure::Failure;
 use crate::repository::{Repository, output_of, run};
 use crate::{docs as manual, tidy as tidiness};
+use serde_json::Value;
 use std::process::Stdio;
 
 /// Every Rust file is laid out by rustfmt. Files are named one by one, since `cargo fmt` sees only what a `mod` reaches.
@@ -43,9 +44,30 @@ pub fn rustdoc(repository: &Repository) -> Result<Done, Failure> {
     Ok(Done::Fine)
 }
 
-/// The generated manual is what the nodes say.
+/// All that the tests need, so that the time of the tests is their own.
+pub fn build(repository: &Repository) -> Result<Done, Failure> {
+    run(&mut repository.cargo(BUILD))?;
+    Ok(Done::Fine)
+}
+
+const BUILD: [&str; 4] = ["test", "--workspace", "--no-run", "--quiet"];
+/// The program `grimace` as the whole-system tests build it.
+const PROGRAM: &str = "grimace-under-test";
+
+/// The generated manual is what the nodes say. The program that lists them is the one built for the tests: by itself
+/// it would be built with other features of its dependencies, and thus once more.
 pub fn docs(repository: &Repository) -> Result<Done, Failure> {
-    manual::check(repository)?;
+    let messages = output_of(repository.cargo(BUILD).arg("--message-format=json-render-diagnostics"))?;
+    let program = messages.lines().find_map(|line| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let is_ours = message["target"]["name"] == PROGRAM;
+        message["executable"].as_str().filter(|_| is_ours).map(str::to_owned)
+    });
+    let program = program.ok_or_else(|| Failure::Command {
+        command: "cargo test --no-run".into(),
+        problem: format!("built no {PROGRAM}"),
+    })?;
+    manual::check(repository, &mut repository.program(program))?;
     Ok(Done::Fine)
 }
 

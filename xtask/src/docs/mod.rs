@@ -9,21 +9,27 @@ use crate::failure::Failure;
 use crate::repository::{Repository, output_of};
 use crate::say;
 use serde::de::Error;
+use std::process::Command;
 
 /// Where the manual stands.
 const MANUAL: &str = "docs/nodes.md";
 
-/// Writes the manual.
-pub fn write(repository: &Repository) -> Result<(), Failure> {
-    let (kinds, text) = generate(repository)?;
+/// The program `grimace`, built where it is not up to date.
+pub fn program(repository: &Repository) -> Command {
+    repository.cargo(["run", "--quiet", "--package", "grimace", "--"])
+}
+
+/// Writes the manual from what `program` says.
+pub fn write(repository: &Repository, program: &mut Command) -> Result<(), Failure> {
+    let (kinds, text) = generate(program)?;
     repository.write(MANUAL, &text)?;
     say::line(&format!("{MANUAL}: {kinds} kinds"));
     Ok(())
 }
 
-/// Sees whether the manual is what the nodes say.
-pub fn check(repository: &Repository) -> Result<(), Failure> {
-    let (_, text) = generate(repository)?;
+/// Sees whether the manual is what `program` says.
+pub fn check(repository: &Repository, program: &mut Command) -> Result<(), Failure> {
+    let (_, text) = generate(program)?;
     let standing = repository.read(MANUAL).unwrap_or_default();
     match first_difference(&standing, &text) {
         None => Ok(()),
@@ -37,9 +43,8 @@ pub fn check(repository: &Repository) -> Result<(), Failure> {
 }
 
 /// The number of kinds, and the manual.
-fn generate(repository: &Repository) -> Result<(usize, String), Failure> {
-    let mut command = repository.cargo(["run", "--quiet", "--package", "grimace", "--", "nodes", "--json"]);
-    let lines = output_of(&mut command)?;
+fn generate(program: &mut Command) -> Result<(usize, String), Failure> {
+    let lines = output_of(program.args(["nodes", "--json"]))?;
     let kinds = lines.lines().map(serde_json::from_str).collect::<Result<Vec<page::Kind>, _>>();
     let kinds = kinds.and_then(|kinds| {
         if kinds.is_empty() { Err(serde_json::Error::custom("no kinds were listed")) } else { Ok(kinds) }
