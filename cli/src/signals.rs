@@ -13,6 +13,8 @@ static SIGNALS: AtomicUsize = AtomicUsize::new(0);
 pub fn cancelled_by_signals() -> Result<&'static AtomicBool, Trouble> {
     ctrlc::set_handler(|| {
         if SIGNALS.fetch_add(1, Ordering::Relaxed) > 0 {
+            // Bars may stand where the next prompt comes.
+            crate::output::say("");
             std::process::exit(i32::from(Exit::Cancelled as u8));
         }
         CANCEL.store(true, Ordering::Relaxed);

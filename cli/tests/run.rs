@@ -108,6 +108,36 @@ fn what_is_set_is_checked() {
     assert!(ran.err.contains("`--out elsewhere`") && ran.err.contains("${out}/"), "{}", ran.err);
 }
 
+/// Writes each take anew.
+const SAVING: &str = r#"(
+    grimace: 1,
+    params: { "out": "out" },
+    nodes: {
+        "takes": (kind: "load_curves", with: (path: "../takes/*.csv")),
+        "save": (kind: "save_curves", in: {"curves": "takes"}, with: (path: "${out}/{take}.csv")),
+    },
+)"#;
+
+#[test]
+fn files_are_written_where_they_are_wanted() {
+    let project = Project::new(GRAPH);
+    project.write("shot/graph.ron", SAVING);
+    let ran = project.run(&["run", "shot"]).expect(0);
+    assert!(ran.err.trim_end().ends_with("; wrote 2 files under shot/out/"), "{}", ran.err);
+    assert!(project.path("shot/out/a.csv").is_file() && project.path("shot/out/b.csv.json").is_file());
+    // What is named on the command line starts from the working folder.
+    let ran = project.run(&["run", "shot", "--out", "else where"]).expect(0);
+    assert!(ran.err.contains("→ else where/a.csv  "), "{}", ran.err);
+    assert!(project.path("else where/a.csv").is_file());
+    let wrote: Vec<_> = project.run(&["run", "shot", "--out", "third", "--json"]).expect(0).json();
+    let wrote = wrote.iter().filter(|event| event["event"] == "wrote").map(|event| event["path"].as_str().unwrap());
+    let mut wrote: Vec<_> = wrote.collect();
+    wrote.sort_unstable();
+    assert_eq!(wrote, ["third/a.csv", "third/b.csv"]);
+    let same = project.run(&["run", "shot", "--out", "third", "--json"]).expect(0).summary();
+    assert_eq!((&same["cooked"], &same["cached"], &same["written"]), (&0.into(), &4.into(), &0.into()));
+}
+
 #[test]
 fn the_store_is_where_it_is_wanted() {
     let project = Project::new(GRAPH);

@@ -4,7 +4,7 @@ use super::Wanted;
 use super::failure::{Failure, block};
 use crate::words::{count, duration, number, one_line, size};
 use console::style;
-use graph_core::cook::Event;
+use graph_core::cook::{Event, FILES};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -111,7 +111,9 @@ impl Board {
             Event::Cooked { node, seconds, blocks_cooked, blocks_cached, outputs, .. } => {
                 self.finish(&node);
                 let blocks = (blocks_cooked, blocks_cached);
-                self.news(|| cooked(&node, seconds, blocks, &outputs));
+                let line = || cooked(&node, seconds, blocks, &outputs);
+                // A file tells of itself once it stands in its place.
+                if outputs.keys().eq([FILES.name()]) { self.detail(line) } else { self.news(line) }
             }
             Event::Cached { node, kind, .. } => {
                 self.finish(&node);

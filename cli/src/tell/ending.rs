@@ -37,7 +37,7 @@ fn totals(board: &Board, summary: &Summary) -> String {
         parts.push("cancelled".to_owned());
     }
     let blocks = summary.blocks_cooked + summary.blocks_cached;
-    let of_blocks = match (summary.cooked, blocks) {
+    let of_blocks = match (summary.blocks_cooked, summary.blocks_cached) {
         (0, _) | (_, 0) => String::new(),
         _ => format!(" ({} of {})", summary.blocks_cooked, count(blocks, "block")),
     };

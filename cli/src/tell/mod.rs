@@ -1,9 +1,10 @@
 //! Telling how a cook goes: [`JsonLines`] for programs, [`People`] for people.
 //!
 //! Events come from all threads of a cook. For people they are kept on a `board`, which a thread of its own shows on a
-//! `screen` (bars on a terminal, plain lines elsewhere), so that a cook never waits for a terminal. `failure` and
+//! `screen` (`bars` on a terminal, plain lines elsewhere), so that a cook never waits for a terminal. `failure` and
 //! `ending` word what goes wrong and the last lines.
 
+mod bars;
 mod board;
 mod ending;
 mod failure;

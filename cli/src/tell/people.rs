@@ -1,9 +1,10 @@
 //! Showing a cook to people: events are put on the board as they come, and a thread shows it ten times a second.
 
 use super::Wanted;
+use super::bars::Bars;
 use super::board::Board;
 use super::ending::ending;
-use super::screen::{Bars, Log, Screen};
+use super::screen::{Log, Screen};
 use crate::exit::Trouble;
 use crate::{colours, output, signals};
 use console::Term;

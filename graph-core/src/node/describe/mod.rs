@@ -142,13 +142,15 @@ fn port(facts: &PortFacts) -> PortDescription {
 /// A path that is empty by default must be given.
 fn note_file(card: &Card, parameter: &mut ParameterDescription) {
     let is = |named: Option<&str>| named == Some(parameter.name.as_str());
-    parameter.file = if is(card.reads) {
-        Some("reads")
+    let (file, type_text) = if is(card.reads) {
+        ("reads", "the path of a file, or a pattern of several")
     } else if is(card.writes) {
-        Some("writes")
+        ("writes", "the path of a file")
     } else {
         return;
     };
+    parameter.file = Some(file);
+    type_text.clone_into(&mut parameter.type_text);
     if matches!(parameter.default.as_deref(), None | Some("\"\"")) {
         parameter.required = true;
         parameter.default = None;
@@ -171,8 +173,8 @@ fn fields(schema: Schema<'_>, declared: &Keys, depth: usize) -> Vec<ParameterDes
         // A reference is followed in `property`; what stands beside the reference is said of this field alone.
         let beside = schema.get("properties").and_then(|properties| properties.get(name)).unwrap_or(&Value::Null);
         let (least, most) = property.bounds();
-        // An optional or listed structure shows its fields as a plain one does.
-        let content = property.inner("items").unwrap_or(property);
+        // An optional structure, or one in a list or map, shows its fields as a plain one does.
+        let content = property.inner("items").or(property.inner("additionalProperties")).unwrap_or(property);
         let choices = choices(content, depth);
         let structure = content.alternatives().into_iter().find(|one| !one.properties().is_empty());
         let structure = structure.filter(|_| choices.is_empty()).unwrap_or(content);

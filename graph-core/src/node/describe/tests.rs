@@ -4,6 +4,7 @@ use super::{KindDescription, describe, first_sentence};
 use crate::node::{Card, Context, Inputs, Kind, Node, NodeError, Outputs};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// How steps grow.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
@@ -47,13 +48,22 @@ struct DescribedProbe {
     inner: Inner,
     /// Names.
     names: Vec<String>,
+    /// Others by name.
+    by_name: BTreeMap<String, Inner>,
 }
 
 impl Default for DescribedProbe {
     fn default() -> Self {
         let inner = Inner { weight: 0.1, angle: None };
         let names = vec!["a".to_owned()];
-        Self { path: String::new(), cutoff_hz: 6.0, growth: Growth::Peak { top: 2.5 }, inner, names }
+        Self {
+            path: String::new(),
+            cutoff_hz: 6.0,
+            growth: Growth::Peak { top: 2.5 },
+            inner,
+            names,
+            by_name: BTreeMap::new(),
+        }
     }
 }
 
@@ -93,15 +103,18 @@ fn parameters_stand_in_their_order_with_defaults_as_written() {
         ("growth", Some("peak(top: 2.5)")),
         ("inner", Some(inner)),
         ("names", Some("[\"a\"]")),
+        ("by_name", Some("{}")),
     ];
     assert_eq!(told, expected);
-    assert!(of.parameters[0].required && of.parameters[0].file == Some("reads"));
+    let path = &of.parameters[0];
+    assert!(path.required && path.file == Some("reads"));
+    assert_eq!(path.type_text, "the path of a file, or a pattern of several");
 }
 
 #[test]
 fn ranges_choices_and_fields_are_told() {
     let of = described();
-    let [_, cutoff, growth, inner, _] = of.parameters.as_slice() else { panic!("{:?}", of.parameters) };
+    let [_, cutoff, growth, inner, _, by_name] = of.parameters.as_slice() else { panic!("{:?}", of.parameters) };
     assert_eq!((cutoff.least, cutoff.most), (Some(0.1), Some(120.0)));
     assert_eq!((cutoff.type_text.as_str(), cutoff.doc.as_str()), ("a number between 0.1 and 120 Hz", "Cut-off."));
     assert_eq!(growth.doc, "The growth here.");
@@ -111,5 +124,6 @@ fn ranges_choices_and_fields_are_told() {
     assert_eq!(growth.choices[1].fields[0].doc, "The largest step.");
     let fields: Vec<_> = inner.fields.iter().map(|one| one.name.as_str()).collect();
     assert_eq!(fields, ["weight", "angle"]);
+    assert_eq!(by_name.fields.len(), 2, "those of the map's values");
     assert!(growth.fields.is_empty() && inner.choices.is_empty());
 }
