@@ -2,7 +2,7 @@
 
 use crate::patterns::Patterns;
 use face_math::data::{Attachment, Markers, Rig};
-use face_math::rig::{AttachOptions, FarMarker, attach_markers};
+use face_math::rig::{AttachOptions, FarMarker, attach_markers, snap_to_vertices};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +18,9 @@ const ATTACHMENT: Port<Attachment> =
 /// Most markers lie on the skin, so a marker stays on the part that most markers are nearest to, unless another part is
 /// nearer by `skin_margin_mm`. Pupils sit on the eyeballs for that reason, and markers at the edge of a lid do not.
 /// The summary of the result tells the mean and the worst distance.
+///
+/// A mask is often laid out on vertices of the mesh. Where at least half of the markers lie within `snap_mm` of a vertex,
+/// those markers sit on theirs, which takes the noise of the neutral markers out.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AttachMarkers {
@@ -34,6 +37,10 @@ pub struct AttachMarkers {
     /// By how much another part must be nearer than the skin for a marker to leave the skin, in millimetres.
     #[schemars(range(min = 0.0, max = 100.0))]
     skin_margin_mm: f64,
+    /// Where most markers lie this near to vertices of the rig, in millimetres, the mask was laid out on vertices, and the
+    /// markers are put onto theirs: what is left of the distance is the noise of the measurement. 0 never does it.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    snap_mm: f64,
 }
 
 /// What to do with far markers.
@@ -50,7 +57,14 @@ enum Far {
 
 impl Default for AttachMarkers {
     fn default() -> Self {
-        Self { max_distance_mm: 10.0, far: Far::Error, parts: Vec::new(), exclude: Vec::new(), skin_margin_mm: 2.0 }
+        Self {
+            max_distance_mm: 10.0,
+            far: Far::Error,
+            parts: Vec::new(),
+            exclude: Vec::new(),
+            skin_margin_mm: 2.0,
+            snap_mm: 0.2,
+        }
     }
 }
 
@@ -73,7 +87,6 @@ impl Node for AttachMarkers {
             parts,
             skin_margin_m: self.skin_margin_mm / 1000.0,
             max_distance_m: if self.far == Far::Report { f64::INFINITY } else { limit_m },
-            ..AttachOptions::default()
         };
         let attached =
             attach_markers(rig, &neutral, &options).map_err(|error| NodeError::input(NEUTRAL.name(), error))?;
@@ -83,7 +96,10 @@ impl Node for AttachMarkers {
         if attached.attachment.points.is_empty() {
             return Err(NodeError::input(NEUTRAL.name(), "no marker is left to attach"));
         }
-        Ok(Outputs::default().with(&ATTACHMENT, attached.attachment))
+        let snap_m = self.snap_mm / 1000.0;
+        let snapped = snap_to_vertices(rig, &attached.attachment, snap_m)
+            .map_err(|error| NodeError::parameter("snap_mm", error))?;
+        Ok(Outputs::default().with(&ATTACHMENT, snapped.attachment))
     }
 }
 
@@ -150,6 +166,17 @@ mod tests {
         let left = attach(json!({"far": "leave_out"}), lifted()).unwrap();
         assert!(left.points.len() == 10 && !left.names().contains(&"m1".to_owned()));
         assert_eq!(attach(json!({"max_distance_mm": 50.0}), lifted()).unwrap().points.len(), 12);
+    }
+
+    #[test]
+    fn a_mask_laid_out_on_vertices_sits_on_them() {
+        let (rig, mut dice) = (toy::rig(), toy::Dice(3));
+        let positions: Vec<Vec3> = (0..10).map(|vertex| rig.neutral[vertex] + dice.point() * 1e-4).collect();
+        let names = (0..10).map(|vertex| format!("v{vertex}")).collect();
+        let neutral = Markers::new(wire::FrameAxis::new(1, 1.0), names, positions).unwrap();
+        let on_vertex = |point: &face_math::data::SurfacePoint| point.weights.iter().any(|weight| *weight >= 1.0);
+        assert!(attach(json!({}), neutral.clone()).unwrap().points.iter().all(on_vertex));
+        assert!(!attach(json!({"snap_mm": 0.0}), neutral).unwrap().points.iter().all(on_vertex));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod attach_markers;
 mod evaluate_rig;
 mod facs_sweep;
+mod mix_regions;
 mod range_of_motion;
 mod skin_jaw;
 mod synthesize_markers;
@@ -12,6 +13,7 @@ pub(crate) mod toy;
 pub use attach_markers::AttachMarkers;
 pub use evaluate_rig::EvaluateRig;
 pub use facs_sweep::FacsSweep;
+pub use mix_regions::MixRegions;
 pub use range_of_motion::RangeOfMotion;
 pub use skin_jaw::SkinJaw;
 pub use synthesize_markers::SynthesizeMarkers;

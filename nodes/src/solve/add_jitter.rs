@@ -1,7 +1,7 @@
 //! `add_jitter`: training markers several times over, with the noise that captured ones have (section 4.1 of FDLS).
 
-use super::gaussian::Gaussian;
 use crate::patterns::Patterns;
+use crate::random::Random;
 use face_math::data::{Curves, Markers};
 use glam::{DQuat, DVec3, Vec3};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -135,8 +135,8 @@ impl AddJitter {
         copy: usize,
         positions: &mut Vec<Vec3>,
     ) -> Result<(), NodeError> {
-        let mut noise = Gaussian::new(self.seed, 2 * copy as u64);
-        let mut slips = Gaussian::new(self.seed, 2 * copy as u64 + 1);
+        let mut noise = Random::new(self.seed, 2 * copy as u64);
+        let mut slips = Random::new(self.seed, 2 * copy as u64 + 1);
         let middle = middle(exact.positions());
         let mut motion = self.motion(&mut slips, middle, (1.0, 1.0));
         for frame in 0..exact.frames() {
@@ -157,7 +157,7 @@ impl AddJitter {
         Ok(())
     }
 
-    fn motion(&self, slips: &mut Gaussian, middle: DVec3, (turned, moved): (f64, f64)) -> Motion {
+    fn motion(&self, slips: &mut Random, middle: DVec3, (turned, moved): (f64, f64)) -> Motion {
         let turn = slips.turn(turned * self.slip_deg.to_radians());
         Motion { turn, middle, shift: moved * self.slip_mm / 1000.0 * slips.direction() }
     }

@@ -6,7 +6,6 @@ mod align_anchors;
 mod curve_error;
 mod finetune_curves;
 mod frames;
-mod gaussian;
 mod graph_features;
 mod marker_error;
 mod select_salient;
