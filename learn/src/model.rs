@@ -97,6 +97,12 @@ impl Model {
         Ok(model)
     }
 
+    /// Gives back the memory that dfdx keeps for reuse. Every batch comes in as memory of its own and is kept when it is
+    /// let go, so without this the hoard grows by a batch a step.
+    pub fn free_spare_memory(&self) -> Result<(), CpuError> {
+        self.device.try_empty_cache()
+    }
+
     fn zeros(&self, count: usize) -> Result<Numbers, CpuError> {
         Storage::<f32>::try_alloc_len(&self.device, count)
     }

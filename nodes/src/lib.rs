@@ -6,6 +6,7 @@
 pub mod clean;
 pub mod load;
 mod patterns;
+mod random;
 pub mod rig;
 pub mod save;
 pub mod solve;

@@ -12,8 +12,6 @@ use std::collections::BTreeMap;
 
 /// Displacements below this are nothing, in metres.
 const STILL_M: f32 = 2e-7;
-/// Linear RGB of the skin.
-pub const SKIN_COLOUR: [f32; 3] = [0.60, 0.365, 0.27];
 
 /// Where each of the rig's vertices comes from.
 enum Source {
@@ -59,15 +57,16 @@ impl Assembly {
             metres,
         };
         let (face, rest): (Vec<_>, Vec<_>) = skin.triangles.iter().partition(|corners| in_face(skin, corners));
-        assembly.add_skin("face", skin, &face);
-        assembly.add_skin("head_neck", skin, &rest);
+        let colour = features.identity.colours.skin;
+        assembly.add_skin("face", colour, skin, &face);
+        assembly.add_skin("head_neck", colour, skin, &rest);
         for (index, piece) in pieces.iter().enumerate() {
             assembly.add_piece(index, piece);
         }
         assembly
     }
 
-    fn add_skin(&mut self, name: &str, skin: &Skin, triangles: &[&[u32; 3]]) {
+    fn add_skin(&mut self, name: &str, colour: [f32; 3], skin: &Skin, triangles: &[&[u32; 3]]) {
         let start = self.sources.len() as u32;
         let mut place = BTreeMap::new();
         for vertex in triangles.iter().flat_map(|corners| corners.iter()) {
@@ -85,7 +84,7 @@ impl Assembly {
         }
         let triangles = triangles.iter().map(|corners| corners.map(|vertex| place[&vertex])).collect();
         let vertices = start..self.sources.len() as u32;
-        self.rig.parts.push(Part { name: name.to_owned(), vertices, triangles, uvs, colour: SKIN_COLOUR });
+        self.rig.parts.push(Part { name: name.to_owned(), vertices, triangles, uvs, colour });
     }
 
     fn add_piece(&mut self, index: usize, piece: &Piece) {

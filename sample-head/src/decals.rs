@@ -1,7 +1,7 @@
 //! Painted on the skin: lips' red, brows, lashes, nostrils. Thin parts of their own colour, a fraction of a millimetre above
 //! the skin, that move exactly with it.
 
-use crate::features::{LIP_CHART, Side, V_EYE, V_MOUTH};
+use crate::features::{Features, LIP_CHART, Side, V_EYE, V_MOUTH};
 use crate::piece::{Follow, Piece};
 use crate::skin::{Place, Skin, SkinPoint};
 use glam::{Vec2, Vec3};
@@ -34,8 +34,9 @@ fn copy(
 }
 
 /// The lips' red, outside and in.
-pub fn lips(skin: &Skin, normals: &[Vec3], mouth: f32) -> Piece {
-    copy(skin, normals, ("lips", [0.47, 0.19, 0.155], 0.07), |point| match point.place {
+pub fn lips(skin: &Skin, normals: &[Vec3], features: &Features) -> Piece {
+    let mouth = features.mouth();
+    copy(skin, normals, ("lips", features.identity.colours.lips, 0.07), |point| match point.place {
         Place::InsideLip(_) => true,
         Place::BehindLid(_) => false,
         Place::Outside => (point.v - V_MOUTH).abs() <= LIP_CHART + 0.01 && point.u.abs() <= mouth + 0.01,
@@ -43,11 +44,11 @@ pub fn lips(skin: &Skin, normals: &[Vec3], mouth: f32) -> Piece {
 }
 
 /// A dark line along the upper lids.
-pub fn lashes(skin: &Skin, normals: &[Vec3], eye_corners: [f32; 2]) -> Piece {
-    let [inner, outer] = eye_corners;
+pub fn lashes(skin: &Skin, normals: &[Vec3], features: &Features) -> Piece {
+    let [inner, outer] = features.eye_corners;
     copy(skin, normals, ("lashes", [0.035, 0.022, 0.018], 0.09), |point| {
         let along = (point.u.abs() - inner) / (outer - inner);
-        (0.06..=1.01).contains(&along)
+        (0.10..=1.01).contains(&along)
             && (point.v > V_EYE || point.side == Side::Upper)
             && match point.place {
                 Place::BehindLid(ring) => ring == 1,
@@ -158,11 +159,12 @@ fn patch(
 }
 
 /// The eyebrows.
-pub fn brows(skin: &Skin, normals: &[Vec3]) -> Piece {
-    patch(skin, normals, ("brows", [0.06, 0.035, 0.025]), (9, 49), |row, column| {
+pub fn brows(skin: &Skin, normals: &[Vec3], features: &Features) -> Piece {
+    let identity = &features.identity;
+    patch(skin, normals, ("brows", identity.colours.brows), (9, 49), |row, column| {
         let x = 11.0 + 40.0 * column;
-        let y = 54.5 + 6.2 * (std::f32::consts::PI * column.powf(1.25)).sin() - 1.0 * column;
-        let half = (column / 0.16 + 0.02).min(1.0).sqrt() * (3.6 - 3.0 * column.powf(1.5));
+        let y = 54.5 + identity.brow_height + 6.2 * (std::f32::consts::PI * column.powf(1.25)).sin() - 1.0 * column;
+        let half = (column / 0.16 + 0.02).min(1.0).sqrt() * (3.6 - 3.0 * column.powf(1.5)) * identity.brow_thickness;
         let across = row * 2.0 - 1.0;
         // Thickest in the middle, down on the skin at the edges.
         (Vec2::new(x, y + across * half), 0.05 + 0.6 * (1.0 - across * across))
@@ -170,7 +172,8 @@ pub fn brows(skin: &Skin, normals: &[Vec3]) -> Piece {
 }
 
 /// Dark nostrils.
-pub fn nostrils(skin: &Skin, normals: &[Vec3], wide: f32) -> Piece {
+pub fn nostrils(skin: &Skin, normals: &[Vec3], features: &Features) -> Piece {
+    let wide = features.identity.nose_width;
     patch(skin, normals, ("nostrils", [0.05, 0.015, 0.012]), (7, 15), |row, column| {
         let turn = column * std::f32::consts::TAU;
         let reach = 0.02 + 0.98 * (1.0 - row);

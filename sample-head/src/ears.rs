@@ -35,7 +35,8 @@ fn relief(reach: f32, angle: f32) -> f32 {
 }
 
 /// Both ears.
-pub fn ears(features: &Features, colour: [f32; 3]) -> [Piece; 2] {
+pub fn ears(features: &Features) -> [Piece; 2] {
+    let colour = features.identity.colours.skin;
     let root = features.skull.at(crate::skull::U_SIDE * 1.03, 8.0).at;
     // Ear plane: forwards, up, outwards; turned so that the back stands off the head, and tilted back at the top.
     let turn = Mat3::from_rotation_y(-0.50) * Mat3::from_rotation_x(-0.17);

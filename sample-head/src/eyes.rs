@@ -22,7 +22,7 @@ pub fn eyes(features: &Features, density: f32) -> Vec<Piece> {
         let around = ((32.0 * density) as usize).max(16);
         let bands = [
             (names[0], [IRIS_RAD, BACK_RAD], ((16.0 * density) as usize).max(8), [0.80, 0.77, 0.74]),
-            (names[1], [PUPIL_RAD, IRIS_RAD], 4, [0.09, 0.16, 0.20]),
+            (names[1], [PUPIL_RAD, IRIS_RAD], 4, features.identity.colours.iris),
             (names[2], [0.0, PUPIL_RAD], 2, [0.004, 0.004, 0.005]),
         ];
         for (name, [from, to], rings, colour) in bands {

@@ -45,7 +45,7 @@ pub struct Features {
 const HILLS: [([f32; 2], [f32; 2], f32); 17] = [
     ([  0.0,  53.0], [10.0,  7.0],  1.8),
     ([ 58.0,  17.0], [12.0,  8.0],  1.2),
-    ([ 68.0,  56.0], [10.0, 18.0], -2.2),
+    ([ 62.0,  56.0], [ 8.0, 16.0], -1.3),
     ([ 30.0,  83.0], [16.0, 12.0],  1.2),
     ([ 32.5,  38.0], [13.5,  9.0], -9.0),
     ([ 17.0,  38.0], [ 6.0,  8.0], -5.5),
@@ -108,11 +108,11 @@ const LIP_PROFILE: [(f32, [f32; 2]); 10] = [
     (3.00, [0.0, 0.0]),
 ];
 
-/// Height of a unit ball over the plane at distance `r` from its middle; past 0.86 it runs out into a cone.
+/// Height of a unit ball over the plane at distance `r` from its middle; past 0.86 it falls on, ever steeper.
 fn dome(r: f32) -> f32 {
     const EDGE: f32 = 0.86;
     let ball = |r: f32| (1.0 - r * r).sqrt();
-    if r <= EDGE { ball(r) } else { ball(EDGE) - (r - EDGE) * EDGE / ball(EDGE) }
+    if r <= EDGE { ball(r) } else { ball(EDGE) - (r - EDGE) * EDGE / ball(EDGE) - 0.7 * (r - EDGE).powi(2) }
 }
 
 impl Features {

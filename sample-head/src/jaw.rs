@@ -55,7 +55,7 @@ pub fn share(features: &Features, point: &SkinPoint) -> f32 {
     let lower = smoothstep(0.72, -0.72, up.atan2(along) / std::f32::consts::PI);
     let near = (along.hypot(up) / 23.0).min(1.0);
     let around_corner = CORNER + (lower - CORNER) * (1.0 - (1.0 - near).powf(1.8));
-    let neck = smoothstep(-122.0, -86.0, point.v);
+    let neck = smoothstep(-146.0, -80.0, point.v);
     // The cheek above the mouth's height lets go before the ear.
     let back = smoothstep(-4.0, 26.0, point.at.z - 0.35 * (point.at.y + 34.0).max(0.0));
     around_corner * neck * back

@@ -118,11 +118,11 @@ pub fn build(options: &Options) -> Result<SampleHead, SampleHeadError> {
     let normals = normals(&skin);
     let mut pieces = mouth_inside::inside(&skin);
     pieces.extend(eyes::eyes(&features, options.density));
-    pieces.extend(ears::ears(&features, assemble::SKIN_COLOUR));
-    pieces.push(decals::lips(&skin, &normals, features.mouth()));
-    pieces.push(decals::lashes(&skin, &normals, features.eye_corners));
-    pieces.push(decals::brows(&skin, &normals));
-    pieces.push(decals::nostrils(&skin, &normals, features.identity.nose_width));
+    pieces.extend(ears::ears(&features));
+    pieces.push(decals::lips(&skin, &normals, &features));
+    pieces.push(decals::lashes(&skin, &normals, &features));
+    pieces.push(decals::brows(&skin, &normals, &features));
+    pieces.push(decals::nostrils(&skin, &normals, &features));
 
     let name = format!("sample_head_{}", options.identity);
     let mut assembly = Assembly::new(&name, &features, &skin, &pieces);

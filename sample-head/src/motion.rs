@@ -149,7 +149,8 @@ impl<'a> Mover<'a> {
             return pull;
         }
         let lid = self.lids.hold(point).max(self.lids.hold(&self.skin.points[self.skin.mirror[index] as usize]));
-        let pull = pull * (1.0 - lid);
+        // The sides of the head do not move.
+        let pull = pull * ((1.0 - lid) * smoothstep(8.0, 42.0, at.z));
         let skull = &self.features.skull;
         let slide = skull.depth(at.x + pull.x, at.y + pull.y) - skull.depth(at.x, at.y);
         pull + Vec3::Z * slide.clamp(-8.0, 8.0)

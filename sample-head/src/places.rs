@@ -24,7 +24,7 @@ use Spot::{Chart, Lid, LipEdge, Red};
 #[rustfmt::skip]
 const LANDMARKS: [(usize, Spot); 39] = [
     (16, Chart(100.0, 28.0)), (15, Chart(96.0, 8.0)), (14, Chart(91.0, -12.0)), (13, Chart(84.0, -30.0)),
-    (12, Chart(71.0, -52.0)), (11, Chart(55.0, -70.0)), (10, Chart(36.0, -77.0)), (9, Chart(17.0, -79.0)),
+    (12, Chart(67.0, -50.0)), (11, Chart(49.0, -69.0)), (10, Chart(33.0, -77.0)), (9, Chart(17.0, -79.0)),
     (8, Chart(0.0, -80.0)),
     (22, Chart(11.5, 52.5)), (23, Chart(21.0, 55.0)), (24, Chart(31.0, 57.5)), (25, Chart(41.0, 57.0)), (26, Chart(51.0, 52.5)),
     (27, Chart(0.0, 36.0)), (28, Chart(0.0, 25.0)), (29, Chart(0.0, 14.0)), (30, Chart(0.0, 1.5)),
@@ -72,7 +72,7 @@ const SKIN_MARKERS: [(&str, &str, Spot); 19] = [
     ("skin_24", "skin_25", Chart(68.0, 37.0)),
     ("skin_26", "skin_27", Chart(73.0, -6.0)),
     ("skin_28", "skin_29", Chart(36.0, -18.0)),
-    ("skin_30", "", Chart(9.0, -86.0)),
+    ("skin_30", "", Chart(-9.0, -85.0)),
     ("skin_31", "skin_32", Chart(68.0, -29.0)),
     ("skin_33", "", Chart(-66.0, 67.0)),
 ];

@@ -151,11 +151,12 @@ fn poking(rig: &Rig, at: &[Vec3]) -> f32 {
     let middle = Vec3::new(pole.x, pole.y, pole.z + radius);
     assert!(centre.distance(middle) < radius);
     // Only skin that shows: points before the eye's middle and outside the rims, which are hidden in it on purpose.
-    let face = rig.part("lashes").unwrap();
+    let face = rig.part("face").unwrap();
     let mut worst: f32 = 0.0;
     for vertex in face.vertices.clone() {
         let point = at[vertex as usize];
-        if point.x > 0.0 && rig.neutral[vertex as usize].distance(middle) > radius + 0.0008 {
+        let rest = rig.neutral[vertex as usize].distance(middle) - radius;
+        if point.z > middle.z && (0.0008..0.006).contains(&rest) {
             worst = worst.max(radius - point.distance(middle));
         }
     }

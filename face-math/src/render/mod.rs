@@ -6,6 +6,7 @@
 
 mod camera;
 mod font;
+mod lights;
 mod marks;
 mod normals;
 mod occlusion;

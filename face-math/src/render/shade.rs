@@ -1,6 +1,7 @@
 //! Shading: a posed rig, lit by a key and a fill light that follow the camera, into a picture.
 
-use super::camera::{Axes, Camera};
+use super::camera::Camera;
+use super::lights::{Lights, Material};
 use super::normals::smooth_normals;
 use super::occlusion::occlusion;
 use super::raster::{NOTHING, Sample, rasterise};
@@ -62,13 +63,6 @@ impl Style {
     pub fn sized(width_px: usize, height_px: usize) -> Self {
         Self { width_px, height_px, ..Self::default() }
     }
-}
-
-/// What a triangle is made of.
-#[derive(Debug, Clone, Copy)]
-struct Material {
-    colour: Vec3,
-    gloss: f32,
 }
 
 /// Draws `positions` (metres, one a vertex of the rig) as `camera` sees them.
@@ -202,49 +196,6 @@ fn hollowness(samples: &[Sample], style: &Style, side: usize, scale_px: f32) -> 
     }
     let scale = scale_px / side as f32;
     occlusion(&depths, style.width_px, style.height_px, scale)
-}
-
-struct Lights {
-    key: Vec3,
-    fill: Vec3,
-    strengths: [f32; 3],
-}
-
-impl Lights {
-    fn new(style: &Style, axes: &Axes) -> Self {
-        let world = |d: Vec3| (axes.right * d.x + axes.up * d.y - axes.forward * d.z).normalize_or(Vec3::Y);
-        Self {
-            key: world(style.key_direction),
-            fill: world(style.fill_direction),
-            strengths: [style.key, style.fill, style.ambient],
-        }
-    }
-
-    /// Reflected light (linear RGB): wrapped diffuse, as light that bleeds through skin, and a Blinn-Phong highlight.
-    ///
-    /// Diffuse ((n·l + w) / (1 + w))₊ with wrap w; highlight (n·h)₊ᵏ with h halfway between light and viewer.
-    fn shade(&self, material: Material, normal: Vec3, viewer: Vec3, open: f32) -> Vec3 {
-        let mut normal = normal.normalize_or(viewer);
-        if normal.dot(viewer) < 0.0 {
-            normal -= viewer * (2.0 * normal.dot(viewer));
-        }
-        let [key, fill, ambient] = self.strengths;
-        // Red light wraps further round skin than blue.
-        let wrapped = |light: Vec3| {
-            let facing = normal.dot(light);
-            Vec3::new(0.28, 0.18, 0.14).map(|wrap| ((facing + wrap) / (1.0 + wrap)).max(0.0))
-        };
-        let sky = ambient * (0.75 + 0.25 * normal.y);
-        let light =
-            wrapped(self.key) * key * (0.35 + 0.65 * open) + wrapped(self.fill) * fill * open + Vec3::splat(sky * open);
-        let shine =
-            |towards: Vec3, power: i32| normal.dot((towards + viewer).normalize_or(viewer)).max(0.0).powi(power);
-        let power = if material.gloss > 0.5 { 160 } else { 24 };
-        let highlight = material.gloss * (shine(self.key, power) * key + shine(self.fill, power) * fill) * open;
-        // Skin turns a little lighter where it is seen edge on.
-        let rim = (1.0 - normal.dot(viewer)).max(0.0).powi(4) * 0.10 * open;
-        material.colour * light * open.sqrt() + Vec3::splat(highlight) + material.colour * rim
-    }
 }
 
 /// sRGB byte to linear light, IEC 61966-2-1.
