@@ -193,7 +193,7 @@ impl<'a> Run<'a> {
                 return Err(cancelled);
             }
         }
-        if index % STEPS_BETWEEN_TIDYING == 0 {
+        if index.is_multiple_of(STEPS_BETWEEN_TIDYING) {
             model.free_spare_memory().map_err(tensor_error)?;
         }
         Ok(sum)
