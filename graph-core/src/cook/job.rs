@@ -49,6 +49,9 @@ pub(crate) struct JobInput {
     pub slots: Vec<(String, Arc<Slot>)>,
 }
 
+/// Takes a fraction done and named numbers.
+pub(crate) type Report<'a> = Box<dyn Fn(f64, &[(&str, f64)]) + Send + Sync + 'a>;
+
 /// Everything that a computation needs, free of the coordinator.
 pub(crate) struct Job<'a> {
     pub node: Arc<dyn Node>,
@@ -62,7 +65,7 @@ pub(crate) struct Job<'a> {
     pub store: &'a Store,
     pub files: &'a crate::files::Fingerprints,
     pub cancel: &'a AtomicBool,
-    pub progress: Box<dyn Fn(f64, &[(&str, f64)]) + Send + Sync + 'a>,
+    pub progress: Report<'a>,
     pub block_frames: usize,
 }
 
@@ -148,7 +151,7 @@ impl Job<'_> {
         Ok((outputs, reads))
     }
 
-    fn typed(&self, port: &PortFacts, value: &Arc<dyn Value>) -> Result<(), JobError> {
+    fn typed(port: &PortFacts, value: &Arc<dyn Value>) -> Result<(), JobError> {
         if value.kind() == port.kind {
             return Ok(());
         }
@@ -203,7 +206,7 @@ impl Job<'_> {
         let mut blocks = Vec::new();
         for port in &self.card.outputs {
             let Some(PortValue::One(value)) = outputs.take(port.name) else { return Err(Self::missing_output(port)) };
-            self.typed(port, &value)?;
+            Self::typed(port, &value)?;
             let frames = value.axis().map_or(0, |axis| axis.count);
             if frames != with_halo.len() {
                 let (name, needed) = (port.name, with_halo.len());
@@ -252,7 +255,7 @@ impl Job<'_> {
     }
 
     fn keep(&self, port: &PortFacts, value: &Arc<dyn Value>, seconds: f64) -> Result<Arc<Slot>, JobError> {
-        self.typed(port, value)?;
+        Self::typed(port, value)?;
         let blocks = cut(value, self.block_frames);
         let record = record_of(port, &blocks, value.axis(), value.summary());
         let slot = Slot::known(port.kind, record, self.block_frames);

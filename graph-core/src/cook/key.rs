@@ -44,17 +44,18 @@ pub(crate) fn key_of<'a>(domain: &str, parts: impl IntoIterator<Item = &'a Part>
 pub(crate) struct Frames {
     pub count: usize,
     pub halo: usize,
-    pub block_frames: usize,
+    /// Frames in a block.
+    pub block: usize,
 }
 
 impl Frames {
     pub fn blocks(&self) -> usize {
-        self.count.div_ceil(self.block_frames)
+        self.count.div_ceil(self.block)
     }
 
     /// The frames that block `block` of the output covers.
     pub fn of_block(&self, block: usize) -> Range<usize> {
-        super::slot::block_range(block, self.block_frames, self.count)
+        super::slot::block_range(block, self.block, self.count)
     }
 
     /// The frames of the inputs that block `block` needs.

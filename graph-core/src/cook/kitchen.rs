@@ -185,12 +185,9 @@ impl<'a> Kitchen<'a> {
             if self.running == 0 {
                 return;
             }
-            match receiver.recv_timeout(Duration::from_millis(100)) {
-                Ok(message) => {
-                    self.running -= 1;
-                    self.receive(message, counter);
-                }
-                Err(_) => continue,
+            if let Ok(message) = receiver.recv_timeout(Duration::from_millis(100)) {
+                self.running -= 1;
+                self.receive(message, counter);
             }
         }
     }

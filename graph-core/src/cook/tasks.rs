@@ -116,7 +116,7 @@ impl<'a> Kitchen<'a> {
             }
         }
         let count = first?.1.count;
-        Some(Ok(Frames { count, halo, block_frames: self.options.block_frames }))
+        Some(Ok(Frames { count, halo, block: self.options.block_frames }))
     }
 
     /// Begins to compute a cell whose result is not known.
@@ -323,12 +323,11 @@ impl<'a> Kitchen<'a> {
                 match result {
                     Ok(BlockResult { blocks, seconds, frame_key }) => {
                         task.seconds += seconds;
-                        match blocks {
-                            Some(blocks) => drop(task.done.insert(block, blocks)),
-                            None => {
-                                task.blocks.remove(&block);
-                                task.kept.insert(block, block);
-                            }
+                        if let Some(blocks) = blocks {
+                            task.done.insert(block, blocks);
+                        } else {
+                            task.blocks.remove(&block);
+                            task.kept.insert(block, block);
                         }
                         if let (Some(key), Some(place)) = (frame_key, self.cells[cell].frame_keys.get_mut(block)) {
                             *place = key;
@@ -483,10 +482,8 @@ impl<'a> Kitchen<'a> {
             (self.tell)(Event::Notice { about: name.clone(), message: format!("could not be remade: {problem}") });
         }
         for waiter in task.waiters {
-            if let Some(waiting) = self.tasks.remove(&waiter) {
-                if waiting.fresh.is_some() {
-                    self.fail(waiter, &format!("its input from {name} could not be remade: {problem}"));
-                }
+            if self.tasks.remove(&waiter).is_some_and(|waiting| waiting.fresh.is_some()) {
+                self.fail(waiter, &format!("its input from {name} could not be remade: {problem}"));
             }
         }
     }
@@ -583,7 +580,7 @@ impl Join {
     fn join_port(&self, store: &Store, index: usize, port: &PortFacts) -> Result<Slot, JobError> {
         let frames = &self.frames;
         let before = match self.before.as_ref().and_then(|before| before.outputs.get(port.name)) {
-            Some(OutputRecord::One(record)) => Some(Slot::known(port.kind, record.clone(), frames.block_frames)),
+            Some(OutputRecord::One(record)) => Some(Slot::known(port.kind, record.clone(), frames.block)),
             _ => None,
         };
         let mut digests = Vec::with_capacity(frames.blocks());
@@ -609,7 +606,7 @@ impl Join {
             bytes,
         };
         let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
-        let slot = Slot::known(port.kind, record, frames.block_frames);
+        let slot = Slot::known(port.kind, record, frames.block);
         if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
             store.put_pack(&slot.record.digest, &pack)?;
             slot.now_stored();

@@ -155,12 +155,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("take.c3d");
         std::fs::write(&path, "markers").unwrap();
-        let old = SystemTime::now() - std::time::Duration::from_secs(3600);
+        let old = SystemTime::now() - std::time::Duration::from_hours(1);
         let touch = |time| std::fs::File::options().write(true).open(&path).unwrap().set_modified(time).unwrap();
         touch(old);
         let files = Fingerprints::default();
         let before = files.digest(&path).unwrap();
-        touch(old + std::time::Duration::from_secs(60));
+        touch(old + std::time::Duration::from_mins(1));
         assert_eq!(files.digest(&path).unwrap(), before);
     }
 }

@@ -10,7 +10,7 @@ use crate::document::{
 use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts, kinds, type_text};
 use petgraph::graph::{DiGraph, NodeIndex};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -208,13 +208,13 @@ fn check_readable(pattern: &Pattern) -> Option<(String, Option<String>)> {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
             let beside = std::fs::read_dir(folder.unwrap_or(std::path::Path::new(".")));
-            let names: BTreeMap<String, ()> = beside
+            let names: BTreeSet<String> = beside
                 .into_iter()
                 .flatten()
                 .flatten()
-                .map(|entry| (entry.file_name().to_string_lossy().into_owned(), ()))
+                .map(|entry| entry.file_name().to_string_lossy().into_owned())
                 .collect();
-            let near = did_you_mean(&name, names.keys().map(String::as_str));
+            let near = did_you_mean(&name, names.iter().map(String::as_str));
             let help = near.map(|near| format!("did you mean `{near}`?"));
             Some((format!("{} cannot be read: {problem}", path.display()), help))
         }

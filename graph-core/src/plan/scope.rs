@@ -7,6 +7,7 @@ use super::load::Loader;
 use super::model::{Origin, OriginId};
 use super::resolve::{RawSource, Wires};
 use crate::document::Diagnostic;
+use crate::files::Pattern;
 use petgraph::algo::{tarjan_scc, toposort};
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::sync::Arc;
@@ -135,7 +136,7 @@ impl Work<'_> {
                 }
             }
         }
-        if loader.nodes[node].made.reads.as_ref().is_some_and(|pattern| pattern.is_wild()) || self.is_iterated(node) {
+        if loader.nodes[node].made.reads.as_ref().is_some_and(Pattern::is_wild) || self.is_iterated(node) {
             let own = self.origin(node, None, &path);
             path.push(own);
         }

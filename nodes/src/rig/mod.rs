@@ -20,12 +20,18 @@ pub use synthesize_markers::SynthesizeMarkers;
 
 use face_math::data::Curves;
 use graph_core::node::NodeError;
+use wire::FrameAxis;
 
 /// Refuses curves on `port` that hold NaN or infinity.
 pub(crate) fn check_finite(port: &str, curves: &Curves) -> Result<(), NodeError> {
     let width = curves.channels().len().max(1);
     let Some(place) = curves.values().iter().position(|value| !value.is_finite()) else { return Ok(()) };
-    let (channel, frame) = (&curves.channels()[place % width], curves.frame_axis().first + (place / width) as i64);
+    let (channel, frame) = (&curves.channels()[place % width], frame_number(curves.frame_axis(), place / width));
     let value = curves.values()[place];
     Err(NodeError::input(port, format!("channel `{channel}` is {value} in frame {frame}; mend the curve first")))
+}
+
+/// The number of the frame at position `place`, as its source counts.
+pub(crate) fn frame_number(axis: FrameAxis, place: usize) -> i64 {
+    axis.slice(&(place..place + 1)).first
 }

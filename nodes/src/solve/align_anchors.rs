@@ -78,7 +78,7 @@ mod tests {
             let positions = frames.iter().flat_map(|frame| markers.frame(*frame).iter().copied()).collect();
             Markers::new(Anchors::axis(frames.len()), markers.names().to_vec(), positions).unwrap()
         };
-        let numbers = frames.iter().map(|frame| 101 + *frame as i64).collect();
+        let numbers = frames.iter().map(|frame| crate::rig::frame_number(take.frame_axis(), *frame)).collect();
         Anchors::new(numbers, pick(take), pick(puppet)).unwrap()
     }
 

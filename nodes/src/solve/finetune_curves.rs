@@ -3,6 +3,7 @@
 
 use super::frames::Frames;
 use crate::patterns::Patterns;
+use crate::rig::frame_number;
 use face_math::data::{Attachment, Curves, Driver, Markers, Rig};
 use face_math::rig::MarkerRig;
 use face_math::solve::{FinetuneError, FinetuneOptions, finetune};
@@ -164,7 +165,8 @@ impl FinetuneCurves {
     /// The chosen frames in runs of consecutive positions, none too long.
     fn runs(&self, raw: &Curves) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
-        for place in (0..raw.frames()).filter(|place| self.frames.contains(raw.frame_axis().first + *place as i64)) {
+        let chosen = |place: &usize| self.frames.contains(frame_number(raw.frame_axis(), *place));
+        for place in (0..raw.frames()).filter(chosen) {
             match runs.last_mut() {
                 Some(run) if run.end == place && run.len() < FRAMES_A_TURN => run.end += 1,
                 _ => runs.push(place..place + 1),

@@ -1,5 +1,6 @@
 //! `select_salient`: thins training motion where frames are alike (section 4.2 of FDLS).
 
+use crate::rig::frame_number;
 use face_math::data::{Curves, Markers};
 use face_math::solve::{SalienceOptions, select_salient};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -74,11 +75,13 @@ impl Node for SelectSalient {
         let kept = FrameAxis { count: salience.kept.len(), ..axis };
         let positions = salience.kept.iter().flat_map(|frame| markers.frame(*frame).iter().copied()).collect();
         let values = salience.kept.iter().flat_map(|frame| curves.frame(*frame).iter().copied()).collect();
-        let made = |error| NodeError::failed(error);
         Ok(Outputs::default()
-            .with(&CHOSEN, Markers::new(kept, markers.names().to_vec(), positions).map_err(made)?)
-            .with(&WEIGHTS, Curves::new(kept, curves.channels().to_vec(), values).map_err(made)?)
-            .with(&SALIENCE, Curves::new(axis, vec!["likeness".into(), "kept".into()], told).map_err(made)?))
+            .with(&CHOSEN, Markers::new(kept, markers.names().to_vec(), positions).map_err(NodeError::failed)?)
+            .with(&WEIGHTS, Curves::new(kept, curves.channels().to_vec(), values).map_err(NodeError::failed)?)
+            .with(
+                &SALIENCE,
+                Curves::new(axis, vec!["likeness".into(), "kept".into()], told).map_err(NodeError::failed)?,
+            ))
     }
 }
 
@@ -86,7 +89,7 @@ impl Node for SelectSalient {
 fn complete(markers: &Markers) -> Result<(), NodeError> {
     let width = markers.names().len().max(1);
     let Some(place) = markers.positions().iter().position(|point| !point.is_finite()) else { return Ok(()) };
-    let (marker, frame) = (&markers.names()[place % width], markers.frame_axis().first + (place / width) as i64);
+    let (marker, frame) = (&markers.names()[place % width], frame_number(markers.frame_axis(), place / width));
     Err(NodeError::input(MARKERS.name(), format!("marker `{marker}` is missing in frame {frame}; fill the gaps first")))
 }
 

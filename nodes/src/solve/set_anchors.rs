@@ -1,6 +1,7 @@
 //! `set_anchors`: the poses at which an artist says what the puppet looks like (Eq. 5 of FDLS); `align_anchors` moves the
 //! take by them. A node of its own, so that the aligning stays frame by frame.
 
+use crate::rig::frame_number;
 use crate::values::Anchors;
 use face_math::data::{Attachment, Curves, Markers, Rig, nearest_name};
 use face_math::rig::{MarkerPose, MarkerRig};
@@ -87,9 +88,10 @@ impl Node for SetAnchors {
 /// Position of the frame that the take numbers `frame`.
 fn place(take: &Markers, frame: i64) -> Result<usize, NodeError> {
     let axis = take.frame_axis();
-    let place = usize::try_from(frame - axis.first).ok().filter(|place| *place < axis.count);
+    let place =
+        frame.checked_sub(axis.first).and_then(|place| usize::try_from(place).ok()).filter(|place| *place < axis.count);
     place.ok_or_else(|| {
-        let last = axis.first + axis.count as i64 - 1;
+        let last = frame_number(axis, axis.count) - 1;
         NodeError::parameter("anchors", format!("there is no frame {frame}; the take holds {} to {last}", axis.first))
     })
 }

@@ -292,7 +292,7 @@ mod tests {
         compute(node, inputs).err().unwrap().to_string()
     }
 
-    fn merged(extra: serde_json::Value) -> TrainRegions {
+    fn merged(extra: &serde_json::Value) -> TrainRegions {
         let mut all = json!({"width": 8, "blocks": 1, "epochs": 2});
         all.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
         made(all)
@@ -301,7 +301,7 @@ mod tests {
     #[test]
     fn each_region_gets_its_network_and_the_jaw_conditions_those_that_ask_for_it() {
         let inputs = training(&toy::curves(70, 1));
-        let outputs = compute(&merged(json!({})), &inputs).unwrap();
+        let outputs = compute(&merged(&json!({})), &inputs).unwrap();
         let networks = trained(&outputs);
         assert_eq!(networks.channels, toy::rig().channels);
         let names: Vec<_> = networks.regions.iter().map(|region| region.region.as_str()).collect();
@@ -310,11 +310,11 @@ mod tests {
         assert_eq!(conditions, [1, 0, 0]);
         let record = &networks.regions[0].training;
         assert!(record.samples == 70 && record.losses.len() == 2 && record.losses[1] < record.losses[0]);
-        let without = compute(&merged(json!({"jaw_conditioning": false})), &inputs).unwrap();
+        let without = compute(&merged(&json!({"jaw_conditioning": false})), &inputs).unwrap();
         assert!(trained(&without).regions.iter().all(|region| region.conditions.is_empty()));
         let own =
             json!({"by_region": {"brow": {"jaw_conditioned": true, "width": 5}}, "jaw_channels": ["jaw*", "browUp"]});
-        let own = compute(&merged(own), &inputs).unwrap();
+        let own = compute(&merged(&own), &inputs).unwrap();
         let brow = trained(&own).region("brow").unwrap();
         assert_eq!((brow.conditions.len(), brow.network.architecture().width), (2, 5));
     }
@@ -324,17 +324,17 @@ mod tests {
         let inputs = training(&toy::curves(70, 1));
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| trained(&compute(&merged(json!({})), &inputs).unwrap()).clone())
+            pool.install(|| trained(&compute(&merged(&json!({})), &inputs).unwrap()).clone())
         };
         assert_eq!(run(1), run(3));
-        let other = compute(&merged(json!({"seed": 1})), &inputs).unwrap();
+        let other = compute(&merged(&json!({"seed": 1})), &inputs).unwrap();
         assert_ne!(trained(&other).regions[0].network, run(1).regions[0].network);
     }
 
     #[test]
     fn progress_rises_to_one() {
         let bench = Bench::default();
-        bench.compute(&merged(json!({})), &training(&toy::curves(70, 1))).unwrap();
+        bench.compute(&merged(&json!({})), &training(&toy::curves(70, 1))).unwrap();
         let fractions = bench.fractions();
         assert_eq!(fractions.len(), 6);
         assert!(fractions.is_sorted() && (fractions[5] - 1.0).abs() < 1e-9, "{fractions:?}");
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn a_cook_that_was_cut_short_goes_on_to_the_same_bits() {
         let inputs = training(&toy::curves(70, 1));
-        let node = merged(json!({"epochs": 6, "checkpoint_s": 0.0}));
+        let node = merged(&json!({"epochs": 6, "checkpoint_s": 0.0}));
         let whole = compute(&node, &inputs).unwrap();
         let bench = Bench::default().cancelled_after(8);
         assert!(matches!(bench.compute(&node, &inputs), Err(NodeError::Cancelled)));
@@ -352,7 +352,7 @@ mod tests {
         assert_eq!(trained(&resumed), trained(&whole));
         assert!(second.fractions().len() < 18, "{:?}", second.fractions());
         let bench = second.resumed();
-        let other = bench.compute(&merged(json!({"epochs": 6, "seed": 3})), &inputs).unwrap();
+        let other = bench.compute(&merged(&json!({"epochs": 6, "seed": 3})), &inputs).unwrap();
         assert_ne!(trained(&other), trained(&whole), "a checkpoint of other settings is not used");
     }
 
@@ -372,16 +372,16 @@ mod tests {
             change(&mut regions);
             inputs.clone().with(&REGIONS, regions)
         };
-        let node = merged(json!({}));
-        assert!(fault(&merged(json!({"by_region": {"lip": {}}})), &inputs).contains("did you mean `lips`?"));
-        assert!(fault(&merged(json!({"jaw_region": "jow"})), &inputs).contains("did you mean `jaw`?"));
+        let node = merged(&json!({}));
+        assert!(fault(&merged(&json!({"by_region": {"lip": {}}})), &inputs).contains("did you mean `lips`?"));
+        assert!(fault(&merged(&json!({"jaw_region": "jow"})), &inputs).contains("did you mean `jaw`?"));
         let twice = with_regions(&|regions| regions.regions[2].channels.push("smile_L".into()));
         assert!(fault(&node, &twice).contains("solved by `lips` and by `brow`"));
         let none = with_regions(&|regions| regions.regions[2].channels.clear());
         assert!(fault(&node, &none).contains("`brow` has no channels"));
         let fewer = with_regions(&|regions| drop(regions.regions[0].channels.pop()));
         assert!(fault(&node, &fewer).contains("no region solves `smile_R`"));
-        let zero = compute(&merged(json!({"unsolved": "zero"})), &fewer).unwrap();
+        let zero = compute(&merged(&json!({"unsolved": "zero"})), &fewer).unwrap();
         assert_eq!(trained(&zero).unsolved, ["smile_R"]);
         let strange = with_regions(&|regions| regions.regions[2].channels[0] = "browUpp".into());
         assert!(fault(&node, &strange).contains("did you mean `browUp`?"));
@@ -389,7 +389,7 @@ mod tests {
         assert!(fault(&node, &other).contains("in another order"));
         let short = inputs.clone().with(&CURVES, toy::cut(&curves, 0..9));
         assert!(fault(&node, &short).contains("10 frames beside 9 frames"));
-        let wild = fault(&merged(json!({"learning_rate": 1e30})), &inputs);
+        let wild = fault(&merged(&json!({"learning_rate": 1e30})), &inputs);
         assert!(wild.contains("region `") && wild.contains("lower the learning rate"), "{wild}");
     }
 }

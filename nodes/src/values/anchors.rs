@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(anchors.summary(), "1 anchors; frame 12: 1 offsets, mean 2.00 mm, worst 2.00 mm (a)");
         let encoded = (&anchors as &dyn Value).encoded();
         let decoded = (ValueKind::of::<Anchors>().decode)(&encoded).unwrap();
-        assert_eq!((&*decoded).encoded(), encoded);
+        assert_eq!(decoded.encoded(), encoded);
         assert!(Anchors::new(vec![1, 2], puppet.clone(), puppet).is_err());
     }
 }

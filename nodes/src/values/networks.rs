@@ -140,7 +140,7 @@ mod tests {
         let encoded = (&networks as &dyn Value).encoded();
         let decoded = (ValueKind::of::<Networks>().decode)(&encoded).unwrap();
         assert_eq!(decoded.downcast_ref::<Networks>(), Some(&networks));
-        assert_eq!((&*decoded).encoded(), encoded);
+        assert_eq!(decoded.encoded(), encoded);
         let summary = networks.summary();
         assert!(summary.contains("jaw (2 channels, 2 epochs, loss 0.25000)"), "{summary}");
     }
