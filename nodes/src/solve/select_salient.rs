@@ -55,7 +55,7 @@ impl Node for SelectSalient {
         let axis = markers.frame_axis();
         axis.matches(&curves.frame_axis()).map_err(|error| NodeError::input(CURVES.name(), error))?;
         complete(markers)?;
-        let samples: Vec<f32> = markers.positions().iter().flat_map(|point| point.to_array()).collect();
+        let samples: Vec<f32> = markers.positions().iter().flat_map(glam::Vec3::to_array).collect();
         let options =
             SalienceOptions { threshold: self.sigma, bandwidth: self.bandwidth_mm.map(|bandwidth| bandwidth / 1000.0) };
         let salience = select_salient(&samples, 3 * markers.names().len(), &options)
