@@ -89,11 +89,13 @@ impl Skull {
         let [y_front, z_front, width, y_side, z_side, y_back, z_back, power] = interpolate(&self.curves, v);
         let quarter = std::f32::consts::FRAC_PI_2;
         let even = quarter * u / U_SIDE;
-        let facial = if width > U_FACE + 2.0 {
-            let edge = (U_FACE / width).asin();
-            if u <= U_FACE { (u / width).asin() } else { edge + (quarter - edge) * (u - U_FACE) / (U_SIDE - U_FACE) }
+        // Where the head is narrower than the face's stretch, u equals x up to near the side.
+        let face = U_FACE.min(0.95 * width).max(1e-3);
+        let edge = (face / width.max(1e-3)).min(1.0).asin();
+        let facial = if u <= face {
+            (u / width.max(1e-3)).min(1.0).asin()
         } else {
-            even
+            edge + (quarter - edge) * (u - face) / (U_SIDE - face)
         };
         // Above the forehead the curves grow small, and even steps serve better.
         let share = smoothstep(92.0, 128.0, v);

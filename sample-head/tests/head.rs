@@ -5,6 +5,7 @@
 #![allow(clippy::float_cmp, reason = "what must be the same must be the same bits")]
 
 use face_math::data::Rig;
+use face_math::render::smooth_normals;
 use face_math::rig::{MarkerPose, MarkerRig, Puppet, SkinJawOptions, fit_rigid, skin_jaw};
 use glam::{DVec3, Vec3};
 use sample_head::{CHANNELS, Options, SampleHead, SampleHeadError, build, takes};
@@ -300,6 +301,22 @@ fn triangles_face_outwards() {
             _ => 0.5,
         };
         assert!(share > least, "{}: {share}", part.name);
+    }
+}
+
+#[test]
+fn no_head_is_folded() {
+    for identity in 0..8 {
+        let rig = build(&Options { identity, density: 0.7, ..Options::default() }).unwrap().rig;
+        let normals = smooth_normals(&rig, &rig.neutral);
+        for part in &rig.parts[..2] {
+            let folded = part.triangles.iter().filter(|corners| {
+                let [a, b, c] = corners.map(|vertex| rig.neutral[vertex as usize]);
+                let normal = (b - a).cross(c - a);
+                corners.iter().all(|vertex| normals[*vertex as usize].dot(normal) < 0.0)
+            });
+            assert_eq!(folded.count(), 0, "{} of identity {identity}", part.name);
+        }
     }
 }
 
