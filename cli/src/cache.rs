@@ -29,7 +29,7 @@ pub fn stat(arguments: &CacheStat) -> Result<Exit, Trouble> {
         let help = "a cook makes one beside its graph; name another with --store, or the graph it belongs to";
         return Err(Trouble::command_line(format!("there is no store at {}", place.display()), Some(help.into())));
     }
-    let statistics = Store::open(&place)?.statistics();
+    let statistics = Store::at(&place).statistics();
     if arguments.json {
         output::print_json(&Stat { store: place.display().to_string(), statistics })?;
     } else {

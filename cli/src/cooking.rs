@@ -47,7 +47,7 @@ pub fn run(
         // Said before the store is made.
         return Err(CookError::UnknownNode(Box::new(plan.unknown_node(name))).into());
     }
-    let store = graph::store(store, &asked.path)?;
+    let store = graph::store(store, &asked.path);
     Ok(cook(plan, &asked.overrides, &store, options, cancel, tell)?)
 }
 

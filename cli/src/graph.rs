@@ -97,10 +97,7 @@ pub fn store_place(arguments: &StoreArguments, graph: &Path) -> PathBuf {
     arguments.store.clone().filter(|place| !place.as_os_str().is_empty()).unwrap_or_else(beside)
 }
 
-/// Opens the store, which is made where it is not there yet.
-///
-/// # Errors
-/// Where it can be neither found nor made.
-pub fn store(arguments: &StoreArguments, graph: &Path) -> Result<Store, Trouble> {
-    Ok(Store::open(&store_place(arguments, graph))?)
+/// The store that the command line asks for.
+pub fn store(arguments: &StoreArguments, graph: &Path) -> Store {
+    Store::at(&store_place(arguments, graph))
 }

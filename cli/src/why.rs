@@ -25,7 +25,7 @@ pub fn why(arguments: &Why) -> Result<Exit, Trouble> {
         }));
     }
     let place = graph::store_place(&arguments.store, &path);
-    let session = if place.is_dir() { Session::load(&Store::open(&place)?, &path) } else { Session::default() };
+    let session = Session::load(&Store::at(&place), &path);
     let plan = plan.ok();
     let answer = answer(&session, plan.as_ref(), node)?;
     let never = session.cells.is_empty();

@@ -94,7 +94,7 @@ fn packages_do_not_build_on_what_they_must_not_know() {
     let workspace = Workspace::load();
     for room in HOUSE {
         let all = workspace.all(room.package);
-        for unwanted in room.must_not_know.iter().filter(|unwanted| all.contains_key(**unwanted)) {
+        if let Some(unwanted) = room.must_not_know.iter().find(|unwanted| all.contains_key(**unwanted)) {
             let chain = workspace.chain(room.package, unwanted);
             panic!("`{}` must not know `{unwanted}`: {chain}", room.package);
         }
@@ -174,7 +174,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
             files.extend(sources(&path));
-        } else if name.ends_with(".rs") && !name.contains("test") {
+        } else if path.extension().is_some_and(|ending| ending == "rs") && !name.contains("test") {
             files.push(path);
         }
     }

@@ -1,12 +1,12 @@
 //! Decides for each cell whether its result is known, and if not, why it is cooked.
 
-use super::cell::{CellId, SlotSet, State, Wire, link_digest};
+use super::cell::{CellId, Link, SlotSet, State, Wire, link_digest};
 use super::event::Event;
 use super::key::{Part, key_of, own_parts};
 use super::kitchen::{Counter, Kitchen};
 use super::session::{Cause, CellRecord, short};
 use super::slot::Slot;
-use super::why::{Difference, difference};
+use super::why::{Difference, difference, told};
 use crate::store::{Action, OutputRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -35,7 +35,10 @@ impl<'a> Kitchen<'a> {
         let unknown = producers.iter().find(|producer| matches!(self.cells[**producer].state, State::Unknown));
         if let Some(producer) = unknown {
             let because = format!("{} may give another result", self.cells[*producer].name);
-            return self.would_cook(id, because, false);
+            return match self.own_cause(id, counter) {
+                Some(cause) => self.would_cook(id, told(&cause), true),
+                None => self.would_cook(id, because, false),
+            };
         }
         let parts = match self.parts(id, counter) {
             Ok(parts) => parts,
@@ -46,10 +49,9 @@ impl<'a> Kitchen<'a> {
         if let Some(action) = self.known(id, counter) {
             return self.cached(id, &parts, action, counter);
         }
-        let cause = self.cause(id, &parts);
+        let cause = self.cause(id, difference(self.session.cells.get(&self.cells[id].name), &parts, &[]));
         if self.options.dry {
-            let because = cause.place.map_or_else(|| cause.text.clone(), |place| format!("{} ({place})", cause.text));
-            return self.would_cook(id, because, true);
+            return self.would_cook(id, told(&cause), true);
         }
         self.begin(id, parts, cause, counter);
     }
@@ -67,6 +69,17 @@ impl<'a> Kitchen<'a> {
 
     /// Everything that the cell's key is made of.
     fn parts(&mut self, id: CellId, counter: &Counter<'_, '_>) -> Result<Vec<Part>, String> {
+        let mut parts = self.settings(id, counter)?;
+        for link in &self.cells[id].links {
+            let digest = link_digest(link, |wire| self.wire_digest(wire));
+            let digest = digest.ok_or_else(|| format!("input `{}` has no value", link.port.name))?;
+            parts.push(Part { label: input_label(link), digest });
+        }
+        Ok(parts)
+    }
+
+    /// The parts of the key that are the cell's own: version, parameters, file.
+    fn settings(&mut self, id: CellId, counter: &Counter<'_, '_>) -> Result<Vec<Part>, String> {
         let cell = &self.cells[id];
         let mut parts = if self.plan.nodes[cell.plan].template.mentions_item {
             own_parts(cell)
@@ -79,12 +92,23 @@ impl<'a> Kitchen<'a> {
             let digest = Hasher::new("file").bytes(ending.as_bytes()).digest(&content).finish();
             parts.push(Part { label: "file".into(), digest });
         }
-        for link in &cell.links {
-            let digest = link_digest(link, |wire| self.wire_digest(wire));
-            let digest = digest.ok_or_else(|| format!("input `{}` has no value", link.port.name))?;
-            parts.push(Part { label: format!("input `{}`", link.port.name), digest });
-        }
         Ok(parts)
+    }
+
+    /// In a plan, why a cell with inputs that are not known is cooked whatever they turn out to be.
+    fn own_cause(&mut self, id: CellId, counter: &Counter<'_, '_>) -> Option<Cause> {
+        let mut parts = self.settings(id, counter).ok()?;
+        let mut unknown = Vec::new();
+        for link in &self.cells[id].links {
+            match link_digest(link, |wire| self.wire_digest(wire)) {
+                Some(digest) => parts.push(Part { label: input_label(link), digest }),
+                None => unknown.push(input_label(link)),
+            }
+        }
+        match difference(self.session.cells.get(&self.cells[id].name), &parts, &unknown) {
+            Difference::Forgotten => None,
+            own => Some(self.cause(id, own)),
+        }
     }
 
     /// The digest of what a wire carries.
@@ -182,14 +206,13 @@ impl<'a> Kitchen<'a> {
         self.finish(id, State::Failed(node));
     }
 
-    /// Why the cell is cooked.
-    fn cause(&self, id: CellId, parts: &[Part]) -> Cause {
+    /// The difference for which the cell is cooked, in words and with its place.
+    fn cause(&self, id: CellId, difference: Difference) -> Cause {
         let cell = &self.cells[id];
-        let before = self.session.cells.get(&cell.name);
         let plan = &self.plan.nodes[cell.plan];
         let here = Some(plan.place.text());
         let plain = |text: String, place: Option<String>| Cause { text, place, upstream: None };
-        match difference(before, parts) {
+        match difference {
             Difference::New => plain("it is new".into(), here),
             Difference::Forgotten => plain("the store no longer holds its result".into(), None),
             Difference::Added(label) => plain(format!("{label} was added"), here),
@@ -236,4 +259,9 @@ impl<'a> Kitchen<'a> {
         let text = format!("its input `{port}` is connected to something else, or has other items");
         Cause { text, place: place.map(|input| input.place.text()), upstream: None }
     }
+}
+
+/// The label of the part of a key that an input makes.
+fn input_label(link: &Link) -> String {
+    format!("input `{}`", link.port.name)
 }

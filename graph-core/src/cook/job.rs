@@ -1,6 +1,7 @@
 //! Jobs: what runs on the pool's threads: one computation of a whole cell or of one block of its frames.
 
 use super::cell::SlotSet;
+use super::event::Event;
 use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
 use crate::node::{Card, Context, Host, Inputs, Node, NodeError, Outputs, PortFacts, PortValue, SourceFile};
 use crate::store::{Action, OutputRecord, Store, StoreError, ValueRecord};
@@ -65,6 +66,9 @@ pub(crate) struct Job<'a> {
     pub store: &'a Store,
     pub files: &'a crate::files::Fingerprints,
     pub cancel: &'a AtomicBool,
+    /// What is told when the first thread takes this job up.
+    pub started: Mutex<Option<Event>>,
+    pub tell: &'a (dyn Fn(Event) + Sync),
     pub progress: Report<'a>,
     pub block_frames: usize,
 }
@@ -143,6 +147,9 @@ impl Job<'_> {
     }
 
     fn compute(&self, inputs: &Inputs) -> Result<(Outputs, Vec<(String, Digest)>), JobError> {
+        if let Some(started) = self.started.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            (self.tell)(started);
+        }
         let host = JobHost { job: self, reads: Mutex::default() };
         let context = Context::new(&host, self.cancel, &self.item);
         let outputs = catch_unwind(AssertUnwindSafe(|| self.node.compute(&context, inputs)))

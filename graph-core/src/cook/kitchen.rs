@@ -116,6 +116,8 @@ pub(super) struct Kitchen<'a> {
     pub running: usize,
     pub summary: Summary,
     pub broken_store: Option<StoreError>,
+    /// Whether the store is known to take files.
+    pub prepared: bool,
 }
 
 impl<'a> Kitchen<'a> {
@@ -161,6 +163,7 @@ impl<'a> Kitchen<'a> {
             running: 0,
             summary: Summary::default(),
             broken_store: None,
+            prepared: false,
         })
     }
 

@@ -1,14 +1,16 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
 //! [`cook()`] makes cells from the plan (`cell`, `unfold`), asks for each whether its key is known (`key`, `evaluate`),
-//! computes what is not on a pool of threads (`tasks`, `job`), holds values in `slot`s, writes the nodes' files
+//! computes what is not on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work per frame), holds values in `slot`s, writes the nodes' files
 //! (`publish`), remembers everything for the next cook (`session`) and for `why`.
 
 mod artifact;
+mod blocks;
 mod cell;
 mod evaluate;
 mod event;
 mod job;
+mod join;
 mod key;
 mod kitchen;
 mod publish;

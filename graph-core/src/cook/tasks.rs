@@ -3,18 +3,20 @@
 //! A task first ensures that the values it needs are at hand: in memory or in the store. What is neither is remade by
 //! a task of its producer, which this one waits for. Then its jobs run, and their results are joined.
 
-use super::cell::{CellId, Link, SlotSet, State, Wire};
+use super::cell::{CellId, SlotSet, State, Wire};
 use super::event::Event;
-use super::job::{BlockResult, Finished, Job, JobError, JobInput, worth_keeping};
-use super::key::{Frames, Part, halo, key_of};
+use super::job::{BlockResult, Finished, Job, JobError, JobInput};
+use super::join::Join;
+use super::key::{Frames, Part};
 use super::kitchen::{Counter, Kitchen};
 use super::session::Cause;
 use super::slot::{CookedBlock, Slot};
-use crate::node::{NodeError, PortFacts};
-use crate::store::{Action, OutputRecord, PackWriter, Store, ValueRecord};
+use super::why::told;
+use crate::node::NodeError;
+use crate::store::OutputRecord;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-use wire::{Digest, FrameAxis, Hasher};
+use std::sync::{Arc, Mutex};
+use wire::Digest;
 
 /// A cell in the making.
 pub(crate) struct Task {
@@ -45,85 +47,18 @@ pub(crate) enum Message {
 }
 
 impl<'a> Kitchen<'a> {
-    /// Computes the keys of a per-frame cell's blocks.
-    pub fn block_keys(&mut self, id: CellId, parts: &[Part]) {
-        self.cells[id].block_keys.clear();
-        let Some(Ok(frames)) = self.frames(id) else { return };
-        let sliced = |label: &str| self.framed_links(id).any(|link| label == format!("input `{}`", link.port.name));
-        let base = key_of("block", parts.iter().filter(|part| !sliced(&part.label)));
-        let keys = (0..frames.blocks())
-            .map(|block| {
-                let (own, needed) = (frames.of_block(block), frames.with_halo(block));
-                let mut hasher = Hasher::new("block");
-                hasher.digest(&base).number(own.start as u64).number(own.end as u64);
-                hasher.number(needed.start as u64).number(needed.end as u64);
-                for link in self.framed_links(id) {
-                    for (label, slot) in self.slots_of(link) {
-                        hasher.bytes(label.as_bytes());
-                        for index in slot.blocks_of(Some(&needed)) {
-                            hasher.digest(&slot.record.blocks[index]);
-                        }
-                    }
-                }
-                hasher.finish()
-            })
-            .collect();
-        self.cells[id].block_keys = keys;
-        self.cells[id].base_key = base;
-    }
-
-    fn framed_links(&self, id: CellId) -> impl Iterator<Item = &Link> {
-        self.cells[id].links.iter().filter(|link| link.port.kind.framed && !link.port.still)
-    }
-
-    /// The slots that a link carries, by the names that a gathering port shows.
-    fn slots_of(&self, link: &Link) -> Vec<(String, Arc<Slot>)> {
-        let mut found = Vec::new();
-        for wire in &link.wires {
-            let set = self.cells[wire.cell].slots().and_then(|slots| slots.get(&wire.port));
-            match (set, &wire.item) {
-                (Some(SlotSet::One(slot)), _) => found.push((wire.label.clone(), Arc::clone(slot))),
-                (Some(SlotSet::List(items)), Some(item)) => {
-                    found.extend(items.get(item).map(|slot| (wire.label.clone(), Arc::clone(slot))));
-                }
-                (Some(SlotSet::List(items)), None) => found.extend(items.iter().map(|(name, slot)| {
-                    let label = if wire.label.is_empty() { name.clone() } else { format!("{}/{name}", wire.label) };
-                    (label, Arc::clone(slot))
-                })),
-                (None, _) => {}
-            }
-        }
-        found
-    }
-
-    /// How a per-frame cell is cut; an error where its inputs hold different frames.
-    fn frames(&self, id: CellId) -> Option<Result<Frames, String>> {
-        let halo = halo(&self.cells[id])?;
-        let mut first: Option<(String, FrameAxis)> = None;
-        for link in self.framed_links(id) {
-            for (label, slot) in self.slots_of(link) {
-                let Some(axis) = slot.record.axis else { continue };
-                let name =
-                    if label.is_empty() { link.port.name.to_owned() } else { format!("{}@{label}", link.port.name) };
-                match &first {
-                    None => first = Some((name, axis)),
-                    Some((other, known)) => {
-                        if let Err(problem) = known.matches(&axis) {
-                            return Some(Err(format!("inputs `{other}` and `{name}` do not fit: {problem}")));
-                        }
-                    }
-                }
-            }
-        }
-        let count = first?.1.count;
-        Some(Ok(Frames { count, halo, block: self.options.block_frames }))
-    }
-
     /// Begins to compute a cell whose result is not known.
     pub fn begin<'scope>(&mut self, id: CellId, parts: Vec<Part>, cause: Cause, counter: &mut Counter<'_, 'scope>)
     where
         'a: 'scope,
     {
+        if !self.prepared {
+            self.prepared = true;
+            if let Err(problem) = self.store.prepare() {
+                self.broken_store = Some(problem);
+                return;
+            }
+        }
         let frames = match self.frames(id).transpose() {
             Ok(frames) => frames.filter(|frames| frames.count > 0),
             Err(problem) => return self.fail(id, &problem),
@@ -148,9 +83,6 @@ impl<'a> Kitchen<'a> {
             }
             self.cells[id].frame_keys = frame_keys;
         }
-        let because = cause.place.as_ref().map_or(cause.text.clone(), |place| format!("{} ({place})", cause.text));
-        let blocks = task.blocks.len();
-        (self.tell)(Event::Started { node: self.cells[id].name.clone(), kind: self.kind(id), because, blocks });
         task.fresh = Some((parts, cause));
         self.cells[id].state = State::Cooking;
         self.tasks.insert(id, task);
@@ -291,6 +223,12 @@ impl<'a> Kitchen<'a> {
         let cell = &self.cells[id];
         let inputs = cell.links.iter().map(|link| JobInput { port: link.port, slots: self.slots_of(link) }).collect();
         let (tell, name) = (self.tell, cell.name.clone());
+        let started = self.tasks[&id].fresh.as_ref().map(|(_, cause)| Event::Started {
+            node: cell.name.clone(),
+            kind: self.kind(id),
+            because: told(cause),
+            blocks: self.tasks[&id].blocks.len(),
+        });
         let progress = Box::new(move |fraction: f64, numbers: &[(&str, f64)]| {
             let numbers = numbers.iter().map(|(name, number)| ((*name).to_owned(), *number)).collect();
             tell(Event::Progress { node: name.clone(), fraction, numbers });
@@ -306,6 +244,8 @@ impl<'a> Kitchen<'a> {
             store: self.store,
             files: counter.files,
             cancel: self.cancel,
+            started: Mutex::new(started),
+            tell,
             progress,
             block_frames: self.options.block_frames,
         }
@@ -395,7 +335,8 @@ impl<'a> Kitchen<'a> {
         let name = self.cells[id].name.clone();
         if let Some((parts, cause)) = task.fresh {
             let (cooked, kept) = (task.blocks.len(), task.kept.len());
-            let outputs = finished.action.outputs.iter().map(|(port, record)| (port.clone(), told(record))).collect();
+            let outputs =
+                finished.action.outputs.iter().map(|(port, record)| (port.clone(), outline(record))).collect();
             let seconds = finished.action.seconds;
             let run = self.session.run;
             self.note(id, &parts, finished.action, Some((run, cause)));
@@ -506,7 +447,8 @@ impl Task {
     }
 }
 
-fn told(record: &OutputRecord) -> String {
+/// An output in one line.
+fn outline(record: &OutputRecord) -> String {
     match record {
         OutputRecord::One(value) => value.summary.clone(),
         OutputRecord::List(items) => {
@@ -530,131 +472,4 @@ fn take_over(known: &BTreeMap<String, SlotSet>, made: &BTreeMap<String, SlotSet>
                 same
             })
     })
-}
-
-/// Joins blocks into records, and writes them to the store where that is worth it.
-struct Join {
-    ports: Vec<PortFacts>,
-    key: Digest,
-    done: BTreeMap<usize, Vec<CookedBlock>>,
-    kept: BTreeMap<usize, usize>,
-    before: Option<Action>,
-    seconds: f64,
-    frames: Frames,
-    /// The slots of a finished cell whose blocks are only remade.
-    known: Option<Arc<BTreeMap<String, SlotSet>>>,
-}
-
-impl Join {
-    fn run(self, store: &Store) -> Result<Finished, JobError> {
-        if let Some(known) = &self.known {
-            return self.remade(known);
-        }
-        let mut slots = BTreeMap::new();
-        let mut action = Action { seconds: self.seconds, ..Action::default() };
-        for (index, port) in self.ports.iter().enumerate() {
-            let slot = Arc::new(self.join_port(store, index, port)?);
-            action.outputs.insert(port.name.to_owned(), OutputRecord::One(slot.record.clone()));
-            slots.insert(port.name.to_owned(), SlotSet::One(slot));
-        }
-        store.put_action(&self.key, &action)?;
-        Ok(Finished { slots, action })
-    }
-
-    fn remade(&self, known: &Arc<BTreeMap<String, SlotSet>>) -> Result<Finished, JobError> {
-        for (index, port) in self.ports.iter().enumerate() {
-            let Some(SlotSet::One(slot)) = known.get(port.name) else { continue };
-            for (block, outputs) in &self.done {
-                if slot.record.blocks[*block] != outputs[index].digest {
-                    let name = port.name;
-                    let problem =
-                        format!("output `{name}` differs when it is computed again: the node is not a pure function");
-                    return Err(NodeError::Failed(problem).into());
-                }
-                slot.hold(*block, Arc::clone(&outputs[index].value));
-            }
-        }
-        Ok(Finished { slots: known.as_ref().clone(), action: Action::default() })
-    }
-
-    fn join_port(&self, store: &Store, index: usize, port: &PortFacts) -> Result<Slot, JobError> {
-        let frames = &self.frames;
-        let before = match self.before.as_ref().and_then(|before| before.outputs.get(port.name)) {
-            Some(OutputRecord::One(record)) => Some(Slot::known(port.kind, record.clone(), frames.block)),
-            _ => None,
-        };
-        let mut digests = Vec::with_capacity(frames.blocks());
-        let mut bytes = 0;
-        for block in 0..frames.blocks() {
-            if let Some(outputs) = self.done.get(&block) {
-                digests.push(outputs[index].digest);
-                bytes += outputs[index].encoding.len() as u64;
-            } else {
-                let old = self.kept.get(&block).zip(before.as_ref());
-                let digest = old.and_then(|(at, before)| before.record.blocks.get(*at).copied());
-                digests.push(digest.ok_or_else(|| NodeError::Failed("a kept block is not in the session".into()))?);
-                bytes +=
-                    before.as_ref().map_or(0, |before| before.record.bytes / before.record.blocks.len().max(1) as u64);
-            }
-        }
-        let axis = self.axis(index, before.as_ref());
-        let record = ValueRecord {
-            digest: ValueRecord::root(&port.kind, &digests),
-            axis: Some(axis),
-            blocks: digests,
-            summary: self.summary(index, port, before.as_ref()),
-            bytes,
-        };
-        let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
-        let slot = Slot::known(port.kind, record, frames.block);
-        if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
-            store.put_pack(&slot.record.digest, &pack)?;
-            slot.now_stored();
-        }
-        for (block, outputs) in &self.done {
-            slot.hold(*block, Arc::clone(&outputs[index].value));
-        }
-        Ok(slot)
-    }
-
-    /// All blocks as one pack; `None` where a kept block's bytes are no longer in the store.
-    fn pack(&self, store: &Store, index: usize, before: Option<&Slot>) -> Option<PackWriter> {
-        let mut pack = PackWriter::default();
-        for block in 0..self.frames.blocks() {
-            if let Some(outputs) = self.done.get(&block) {
-                pack.push(outputs[index].digest, Arc::clone(&outputs[index].encoding));
-            } else {
-                let (before, at) = (before?, *self.kept.get(&block)?);
-                let bytes = before.encoding(store, at).ok()?;
-                pack.push(before.record.blocks[at], Arc::new(bytes));
-            }
-        }
-        Some(pack)
-    }
-
-    fn axis(&self, index: usize, before: Option<&Slot>) -> FrameAxis {
-        let count = self.frames.count;
-        let cooked = self.done.iter().next().and_then(|(block, outputs)| Some((*block, outputs[index].value.axis()?)));
-        match (cooked, before.and_then(|before| before.record.axis)) {
-            (Some((block, axis)), _) => {
-                FrameAxis { first: axis.first - self.frames.of_block(block).start as i64, count, ..axis }
-            }
-            (None, Some(axis)) => FrameAxis { count, ..axis },
-            (None, None) => FrameAxis::new(count, 1.0),
-        }
-    }
-
-    fn summary(&self, index: usize, port: &PortFacts, before: Option<&Slot>) -> String {
-        let blocks: Vec<_> = self.done.values().map(|outputs| Arc::clone(&outputs[index].value)).collect();
-        let small = self.done.values().map(|outputs| outputs[index].encoding.len()).sum::<usize>() < 16 << 20;
-        if self.kept.is_empty()
-            && small
-            && let Ok(whole) = (port.kind.join)(&blocks)
-        {
-            return whole.summary();
-        }
-        let part = blocks.first().map(|block| block.summary());
-        let part = part.or_else(|| before.map(|before| before.record.summary.clone())).unwrap_or_default();
-        format!("{} frames; in one block of them: {part}", self.frames.count)
-    }
 }

@@ -17,8 +17,8 @@ pub(crate) enum Difference {
     Forgotten,
 }
 
-/// Compares the parts in their order: version, parameters, file, inputs.
-pub(crate) fn difference(before: Option<&CellRecord>, now: &[Part]) -> Difference {
+/// Compares the parts in their order: version, parameters, file, inputs. Parts that are `unknown` as yet count as equal.
+pub(crate) fn difference(before: Option<&CellRecord>, now: &[Part], unknown: &[String]) -> Difference {
     let Some(before) = before else { return Difference::New };
     for part in now {
         match before.parts.iter().find(|(label, _)| *label == part.label) {
@@ -27,7 +27,8 @@ pub(crate) fn difference(before: Option<&CellRecord>, now: &[Part]) -> Differenc
             Some(_) => {}
         }
     }
-    let removed = before.parts.iter().find(|(label, _)| now.iter().all(|part| part.label != *label));
+    let gone = |label: &String| now.iter().all(|part| part.label != *label) && !unknown.contains(label);
+    let removed = before.parts.iter().find(|(label, _)| gone(label));
     removed.map_or(Difference::Forgotten, |(label, _)| Difference::Removed(label.clone()))
 }
 
@@ -52,7 +53,8 @@ pub fn story(session: &super::Session, cell: &str) -> Option<String> {
     Some(lines.join("\n"))
 }
 
-fn told(cause: &Cause) -> String {
+/// A cause in words, with its place.
+pub(crate) fn told(cause: &Cause) -> String {
     cause.place.as_ref().map_or_else(|| cause.text.clone(), |place| format!("{} ({place})", cause.text))
 }
 

@@ -4,9 +4,10 @@ use super::model::{Plan, Template};
 use super::{check, resolve, scope};
 use crate::document::{
     Body, Diagnostic, Diagnostics, Entry, Graph, Override, Place, Scope, Source, Spanned, apply_overrides, read,
+    resolve_name,
 };
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// How deep graphs may nest; deeper nesting is a mistake.
@@ -50,6 +51,10 @@ pub(super) struct Loader {
     pub instances: Vec<Instance>,
     pub nodes: Vec<RawNode>,
     pub diagnostics: Vec<Diagnostic>,
+    /// Inputs of nested graphs whose connection has another type than they declare.
+    pub mistyped: BTreeSet<(usize, String)>,
+    /// Texts that are being resolved, by instance: one that comes up again leads in a circle.
+    pub resolving: Vec<(usize, String)>,
     files: BTreeMap<PathBuf, Option<Arc<Graph>>>,
     sources: Vec<Arc<Source>>,
     overrides: Vec<Override>,
@@ -75,14 +80,16 @@ impl Loader {
         format!("{}{}", self.instances[raw.instance].prefix, raw.template.name)
     }
 
-    fn graph(&mut self, path: &Path) -> Result<Option<Arc<Graph>>, Diagnostic> {
+    /// The graph file at `path`, reached `through` the places that nest it; `None` where its mistakes are reported.
+    fn graph(&mut self, path: &Path, through: &[Place]) -> Result<Option<Arc<Graph>>, Diagnostic> {
         if let Some(known) = self.files.get(path) {
             return Ok(known.clone());
         }
         let source = Arc::new(Source::load(path)?);
         self.sources.push(Arc::clone(&source));
         let (graph, mistakes) = read(source);
-        self.diagnostics.extend(mistakes);
+        let reached = mistakes.into_iter().map(|mistake| Diagnostic { through: through.to_vec(), ..mistake });
+        self.diagnostics.extend(reached);
         let graph = graph.map(Arc::new);
         self.files.insert(path.to_owned(), graph.clone());
         Ok(graph)
@@ -98,11 +105,13 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
         instances: Vec::new(),
         nodes: Vec::new(),
         diagnostics: Vec::new(),
+        mistyped: BTreeSet::new(),
+        resolving: Vec::new(),
         files: BTreeMap::new(),
         sources: Vec::new(),
         overrides: overrides.to_vec(),
     };
-    let root = match loader.graph(path) {
+    let root = match loader.graph(path, &[]) {
         Ok(Some(root)) => root,
         Ok(None) => return Err(Diagnostics(loader.diagnostics)),
         Err(diagnostic) => return Err(Diagnostics(vec![diagnostic])),
@@ -142,7 +151,12 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
 
 /// Makes the members of one instance.
 fn open(loader: &mut Loader, index: usize) {
-    let graph = Arc::clone(&loader.instances[index].graph);
+    let instance = &loader.instances[index];
+    let (graph, mistakes) = instance.scope.wire(&instance.graph);
+    for mistake in mistakes {
+        loader.report(index, mistake);
+    }
+    loader.instances[index].graph = Arc::clone(&graph);
     for (name, entry) in &graph.nodes {
         let member = match &entry.body {
             Body::Kind(kind) => {
@@ -171,7 +185,15 @@ fn open(loader: &mut Loader, index: usize) {
 fn nest(loader: &mut Loader, index: usize, name: &str, entry: &Entry, file: &Spanned<String>) -> Member {
     let parent = &loader.instances[index];
     let source = Arc::clone(&parent.graph.source);
-    let path = source.folder().join(&file.value);
+    let path = match resolve_name(file, &parent.scope) {
+        Ok((name, folder)) => tidy(&folder.join(name)),
+        Err(mistakes) => {
+            for mistake in mistakes {
+                loader.report(index, mistake);
+            }
+            return Member::Broken;
+        }
+    };
     let mut through = parent.through.clone();
     through.push(Place { source: Arc::clone(&source), span: file.span });
     let cycle = through.iter().any(|place| same_file(&place.source.path, &path));
@@ -181,7 +203,7 @@ fn nest(loader: &mut Loader, index: usize, name: &str, entry: &Entry, file: &Spa
         loader.report(index, Diagnostic::at("nesting-cycle", &source, file.span, message));
         return Member::Broken;
     }
-    let graph = match loader.graph(&path) {
+    let graph = match loader.graph(&path, &through) {
         Ok(Some(graph)) => graph,
         Ok(None) => return Member::Broken,
         Err(problem) => {
@@ -206,6 +228,18 @@ fn nest(loader: &mut Loader, index: usize, name: &str, entry: &Entry, file: &Spa
         through,
     });
     Member::Nested(loader.instances.len() - 1)
+}
+
+/// `path` without `folder/..` where that leads to the same file.
+fn tidy(path: &Path) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        match (part, short.components().next_back()) {
+            (Component::ParentDir, Some(Component::Normal(_))) => drop(short.pop()),
+            (part, _) => short.push(part),
+        }
+    }
+    if same_file(&short, path) { short } else { path.to_owned() }
 }
 
 fn same_file(one: &Path, other: &Path) -> bool {

@@ -1,8 +1,9 @@
 //! Resolves what inputs are connected to, through nested graphs, down to outputs of nodes.
 
 use super::load::{Loader, Member};
-use crate::document::{Diagnostic, Place, Span, Spanned, did_you_mean};
-use crate::node::PortFacts;
+use crate::document::{Diagnostic, GraphInput, Place, Span, Spanned, did_you_mean};
+use crate::node::{PortFacts, kinds, type_text};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// An output of a node, as an input's source.
@@ -31,9 +32,6 @@ pub(super) struct RawInput {
     pub sources: Vec<RawSource>,
 }
 
-/// How often a reference may pass from graph to graph before it must be going in a circle.
-const FARTHEST: usize = 256;
-
 /// Resolves every connection; what cannot be resolved is reported.
 pub(super) fn wires(loader: &mut Loader) -> Wires {
     check_nested_inputs(loader);
@@ -43,7 +41,7 @@ pub(super) fn wires(loader: &mut Loader) -> Wires {
     for node in 0..loader.nodes.len() {
         let instance = loader.nodes[node].instance;
         let for_each = loader.entry(node).for_each.clone();
-        node_each.push(for_each.and_then(|list| reference(loader, instance, &list, 0).into_iter().next()));
+        node_each.push(for_each.and_then(|list| reference(loader, instance, &list).into_iter().next()));
         inputs.push(node_inputs(loader, node));
     }
     Wires { inputs, each, node_each }
@@ -88,7 +86,7 @@ fn node_inputs(loader: &mut Loader, node: usize) -> Vec<RawInput> {
             loader.report(instance, Diagnostic::at("not-a-list", &graph.source, input.sources[1].span, message));
             continue;
         }
-        let sources = input.sources.iter().flat_map(|text| reference(loader, instance, text, 0)).collect::<Vec<_>>();
+        let sources = input.sources.iter().flat_map(|text| reference(loader, instance, text)).collect::<Vec<_>>();
         let span = input.sources.first().map_or(input.name_span, |text| text.span);
         let open_through_nesting = sources.is_empty() && !port.optional && loader.diagnostics.is_empty();
         if open_through_nesting {
@@ -101,13 +99,22 @@ fn node_inputs(loader: &mut Loader, node: usize) -> Vec<RawInput> {
 }
 
 /// The outputs that the text `node`, `node.port` or a graph input's name stands for, in `instance`.
-fn reference(loader: &mut Loader, instance: usize, text: &Spanned<String>, steps: usize) -> Vec<RawSource> {
-    let graph = Arc::clone(&loader.instances[instance].graph);
-    if steps > FARTHEST {
+fn reference(loader: &mut Loader, instance: usize, text: &Spanned<String>) -> Vec<RawSource> {
+    let here = (instance, text.value.clone());
+    if loader.resolving.contains(&here) {
         let message = format!("`{}` leads in a circle through nested graphs", text.value);
-        loader.report(instance, Diagnostic::at("cycle", &graph.source, text.span, message));
+        let source = Arc::clone(&loader.instances[instance].graph.source);
+        loader.report(instance, Diagnostic::at("cycle", &source, text.span, message));
         return Vec::new();
     }
+    loader.resolving.push(here);
+    let sources = follow(loader, instance, text);
+    loader.resolving.pop();
+    sources
+}
+
+fn follow(loader: &mut Loader, instance: usize, text: &Spanned<String>) -> Vec<RawSource> {
+    let graph = Arc::clone(&loader.instances[instance].graph);
     let members = &loader.instances[instance].members;
     let (name, port) = match text.value.rsplit_once('.') {
         _ if members.contains_key(&text.value) || graph.inputs.contains_key(&text.value) => (text.value.as_str(), None),
@@ -116,7 +123,7 @@ fn reference(loader: &mut Loader, instance: usize, text: &Spanned<String>, steps
     };
     match members.get(name).copied() {
         Some(Member::Node(node)) => output(loader, instance, node, name, port, text.span),
-        Some(Member::Nested(nested)) => nested_output(loader, instance, nested, port, text, steps),
+        Some(Member::Nested(nested)) => nested_output(loader, instance, nested, port, text),
         Some(Member::Broken) => Vec::new(),
         None if graph.inputs.contains_key(name) => {
             if let Some(port) = port {
@@ -125,7 +132,7 @@ fn reference(loader: &mut Loader, instance: usize, text: &Spanned<String>, steps
                 loader.report(instance, mistake.help(format!("write \"{name}\"")));
                 return Vec::new();
             }
-            graph_input(loader, instance, name, steps)
+            graph_input(loader, instance, name)
         }
         None => {
             let near = did_you_mean(name, graph.nodes.keys().chain(graph.inputs.keys()).map(String::as_str));
@@ -167,7 +174,6 @@ fn nested_output(
     nested: usize,
     port: Option<&str>,
     text: &Spanned<String>,
-    steps: usize,
 ) -> Vec<RawSource> {
     let graph = Arc::clone(&loader.instances[nested].graph);
     let found = match port {
@@ -176,7 +182,7 @@ fn nested_output(
         None => None,
     };
     if let Some(found) = found {
-        let mut sources = reference(loader, nested, found, steps + 1);
+        let mut sources = reference(loader, nested, found);
         for source in &mut sources {
             source.label.clone_from(&text.value);
         }
@@ -196,16 +202,17 @@ fn nested_output(
 }
 
 /// What the nesting graph connects to the input `name` of `instance`.
-fn graph_input(loader: &mut Loader, instance: usize, name: &str, steps: usize) -> Vec<RawSource> {
+fn graph_input(loader: &mut Loader, instance: usize, name: &str) -> Vec<RawSource> {
+    if loader.mistyped.contains(&(instance, name.to_owned())) {
+        return Vec::new();
+    }
     let Some((parent, node)) = loader.instances[instance].parent.clone() else { return Vec::new() };
     let entry = loader.instances[parent].graph.nodes[&node].clone();
     if let Some(input) = entry.inputs.get(name) {
-        return input.sources.iter().flat_map(|text| reference(loader, parent, text, steps + 1)).collect();
+        return input.sources.iter().flat_map(|text| reference(loader, parent, text)).collect();
     }
     match &entry.for_each {
-        Some(list) if item_input(loader, instance).as_deref() == Some(name) => {
-            reference(loader, parent, list, steps + 1)
-        }
+        Some(list) if item_input(loader, instance).as_deref() == Some(name) => reference(loader, parent, list),
         _ => Vec::new(),
     }
 }
@@ -231,7 +238,7 @@ fn item_input(loader: &Loader, instance: usize) -> Option<String> {
 fn instance_each(loader: &mut Loader, instance: usize) -> Option<RawSource> {
     let (parent, node) = loader.instances[instance].parent.clone()?;
     let list = loader.instances[parent].graph.nodes[&node].for_each.clone()?;
-    reference(loader, parent, &list, 0).into_iter().next()
+    reference(loader, parent, &list).into_iter().next()
 }
 
 /// Connections to nested graphs: unknown inputs, and required ones left open.
@@ -262,5 +269,50 @@ fn check_nested_inputs(loader: &mut Loader) {
             };
             loader.report(parent, Diagnostic::at("missing-input", &outer.source, entry.name_span, message).help(help));
         }
+        for (name, declared) in &graph.inputs {
+            check_nested_type(loader, (parent, instance), name, declared);
+        }
     }
+}
+
+/// Whether what the nesting graph connects has the type that the nested one declares. A list may meet a single input: the
+/// nodes behind it then repeat over it.
+fn check_nested_type(loader: &mut Loader, (parent, instance): (usize, usize), name: &str, declared: &GraphInput) {
+    let graph = Arc::clone(&loader.instances[instance].graph);
+    let known: BTreeSet<&str> = kinds()
+        .flat_map(|(_, kind)| kind.card().inputs.into_iter().chain(kind.card().outputs))
+        .map(|port| port.kind.name)
+        .collect();
+    if !known.contains(declared.type_name.as_str()) {
+        let near = did_you_mean(&declared.type_name, known.iter().copied());
+        let help = near.map_or_else(
+            || format!("the types are {}", known.iter().copied().collect::<Vec<_>>().join(", ")),
+            |near| format!("did you mean `{near}`?"),
+        );
+        let message = format!("there is no type `{}`", declared.type_name);
+        loader.report(instance, Diagnostic::at("unknown-type", &graph.source, declared.span, message).help(help));
+        loader.mistyped.insert((instance, name.to_owned()));
+        return;
+    }
+    let given = graph_input(loader, instance, name);
+    let wrong = given.into_iter().find_map(|source| {
+        let port = *loader.nodes[source.node].made.card.output(&source.port)?;
+        (port.kind.name != declared.type_name).then_some((source, port))
+    });
+    let Some((source, port)) = wrong else { return };
+    let outer = Arc::clone(&loader.instances[parent].graph);
+    let entry = loader.instances[instance].parent.as_ref().map(|(_, node)| &outer.nodes[node]);
+    let Some(entry) = entry else { return };
+    let written = entry.inputs.get(name).and_then(|input| input.sources.first()).or(entry.for_each.as_ref());
+    let span = written.map_or(entry.name_span, |text| text.span);
+    let message = format!(
+        "input `{name}` of {} takes {}, and `{}` is {}",
+        graph.source.path.display(),
+        type_text(&declared.type_name, declared.list),
+        source.label,
+        type_text(port.kind.name, port.list),
+    );
+    let mistake = Diagnostic::at("type-mismatch", &outer.source, span, message).label(port.meaning);
+    loader.mistyped.insert((instance, name.to_owned()));
+    loader.report(parent, mistake);
 }

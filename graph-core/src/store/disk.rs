@@ -46,22 +46,33 @@ pub struct Store {
     root: PathBuf,
 }
 
+/// Where files are made before they are renamed into place.
+const TEMPORARY_FOLDER: &str = "temporary";
+
 static TEMPORARY: AtomicU64 = AtomicU64::new(0);
 
 impl Store {
-    /// Opens the store at `root`, and makes it where it is not there.
+    /// The store at `root`. Nothing is made there before something is written.
+    pub fn at(root: &Path) -> Self {
+        Self { root: root.to_owned() }
+    }
+
+    /// Makes sure that the store can be written, before anything is computed for it.
     ///
     /// # Errors
-    /// Where the folder can be neither found nor made.
-    pub fn open(root: &Path) -> Result<Self, StoreError> {
-        let store = Self { root: root.to_owned() };
-        for part in ["actions", "packs", "checkpoints", "sessions", "temporary"] {
-            let folder = store.root.join(part);
-            if !folder.is_dir() {
-                fs::create_dir_all(&folder).map_err(|problem| store.cannot_write(problem))?;
-            }
-        }
-        Ok(store)
+    /// Where its folder can be neither found nor made, or takes no files.
+    pub fn prepare(&self) -> Result<(), StoreError> {
+        let probe = self.temporary();
+        let folder = self.root.join(TEMPORARY_FOLDER);
+        let made =
+            fs::create_dir_all(folder).and_then(|()| fs::write(&probe, [])).and_then(|()| fs::remove_file(probe));
+        made.map_err(|problem| self.cannot_write(problem))
+    }
+
+    /// A place for a file in the making that no other writer uses.
+    fn temporary(&self) -> PathBuf {
+        let number = TEMPORARY.fetch_add(1, Ordering::Relaxed);
+        self.root.join(TEMPORARY_FOLDER).join(format!("{}-{number}", std::process::id()))
     }
 
     /// The folder of the store.
@@ -84,8 +95,7 @@ impl Store {
     }
 
     fn try_write(&self, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        let number = TEMPORARY.fetch_add(1, Ordering::Relaxed);
-        let temporary = self.root.join("temporary").join(format!("{}-{number}", std::process::id()));
+        let temporary = self.temporary();
         let written = replace_file(&temporary, path, bytes);
         if written.is_err() {
             let _ = fs::remove_file(&temporary);

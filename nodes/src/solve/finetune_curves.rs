@@ -46,6 +46,10 @@ pub struct FinetuneCurves {
     /// Noise of certain markers, by name or pattern, in millimetres: `{"brow_*": 0.05, "jawline_*": 0.2}`. A name goes
     /// before a pattern, a longer pattern before a shorter one.
     by_marker: BTreeMap<String, f64>,
+    /// What is left of that noise, as a share: markers that `smooth_markers` calmed over s frames keep about 0.53 / √s of
+    /// it.
+    #[schemars(range(min = 0.000_001, max = 1000.0))]
+    noise_scale: f64,
     /// Error of the raw solve in channels that `error_by_channel` does not name: root mean square, in weights. Smaller
     /// holds the raw solve, larger follows the markers.
     #[schemars(range(min = 0.000_001, max = 1000.0))]
@@ -71,6 +75,7 @@ impl Default for FinetuneCurves {
             jaw_channels: Vec::new(),
             sigma_mm: usual.default_noise_mm,
             by_marker: BTreeMap::new(),
+            noise_scale: 1.0,
             raw_error: usual.default_raw_error,
             error_by_channel: BTreeMap::new(),
             low: usual.low,
@@ -129,11 +134,13 @@ impl FinetuneCurves {
             let problem = "the take and the rig share no marker; attach the take's own neutral markers";
             return Err(NodeError::input(MARKERS.name(), problem));
         }
+        let noise = markers("by_marker").numbers(&self.by_marker)?;
+        let noise = noise.into_iter().map(|sigma_mm| Some(sigma_mm? * self.noise_scale)).collect();
         Ok(FinetuneOptions {
             channels: channels("channels").chosen(&self.channels)?,
             frozen: if self.hold_jaw { self.jaw(rig)? } else { Vec::new() },
-            noise_mm: numbers(puppet.names(), markers("by_marker").numbers(&self.by_marker)?),
-            default_noise_mm: self.sigma_mm,
+            noise_mm: numbers(puppet.names(), noise),
+            default_noise_mm: self.sigma_mm * self.noise_scale,
             raw_error: numbers(puppet.channels(), channels("error_by_channel").numbers(&self.error_by_channel)?),
             default_raw_error: self.raw_error,
             markers: matched,
@@ -243,6 +250,16 @@ mod tests {
             raw.values().iter().map(|weight| weight.clamp(0.0, 1.0)).collect(),
         );
         assert!(worst(&held, &inside.unwrap()) < 1e-4);
+    }
+
+    #[test]
+    fn calmer_markers_are_trusted_more() {
+        let truth = toy::curves(5, 10);
+        let (raw, markers) = (shaken(&truth), captured(&truth));
+        let tuned = |with: serde_json::Value| tune(with, &raw, &markers).unwrap();
+        let calm = tuned(json!({"sigma_mm": 2.0, "noise_scale": 0.1, "by_marker": {"m0": 1.0}}));
+        assert_eq!(calm, tuned(json!({"sigma_mm": 0.2, "by_marker": {"m0": 0.1}})));
+        assert!(worst(&calm, &truth) < worst(&tuned(json!({"sigma_mm": 2.0})), &truth));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! `train_regions`: one residual network a region, from features to channel weights (section 4.4 of FDLS). The networks then
 //! solve every take of the actor.
 
-use super::training::{Job, RegionSettings, Settled, train_all};
+use super::training::{Job, RegionSettings, Settled, checks, train_all};
 use crate::patterns::Patterns;
 use crate::values::Networks;
-use face_math::data::{Curves, Features, Region, RegionFeatures, Regions, nearest_name};
+use face_math::data::{Curves, Features, Region, Regions, nearest_name};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use learn::{Activation, Loss, Schedule, TargetScale, Training};
 use schemars::JsonSchema;
@@ -134,8 +134,16 @@ impl Node for TrainRegions {
         let axis = features.frame_axis();
         axis.matches(&curves.frame_axis()).map_err(|error| NodeError::input(CURVES.name(), error))?;
         crate::rig::check_finite(CURVES.name(), curves)?;
-        self.check_names(regions)?;
-        let unsolved = self.unsolved(regions, curves)?;
+        self.by_region.keys().try_for_each(|name| checks::known_region("by_region", name, regions))?;
+        checks::each_solved_once(regions)?;
+        let unsolved = checks::unsolved(regions, curves)?;
+        if self.unsolved == Unsolved::Error && !unsolved.is_empty() {
+            let problem = format!(
+                "no region solves `{}`; add them to a region, or set `unsolved` to `zero`",
+                unsolved.join("`, `")
+            );
+            return Err(NodeError::input(REGIONS.name(), problem));
+        }
         let jobs = regions.regions.iter().map(|region| self.job(region, features, curves, regions));
         let jobs = jobs.collect::<Result<Vec<_>, _>>()?;
         let every = Duration::from_secs_f64(self.checkpoint_s.clamp(0.0, 1e6));
@@ -169,7 +177,7 @@ impl TrainRegions {
             seed: self.seed,
             ..Training::default()
         };
-        let own = features_of(region, features)?;
+        let own = checks::features_of(region, features)?;
         let job = Job::new(region, own, conditions, &settled, (&shared, self.activation));
         job.architecture
             .check()
@@ -212,68 +220,6 @@ impl TrainRegions {
             NodeError::parameter("jaw_region", problem)
         })
     }
-
-    /// Refuses names of regions that are not there, channels that are not there, and channels that two regions solve.
-    fn check_names(&self, regions: &Regions) -> Result<(), NodeError> {
-        for name in self.by_region.keys() {
-            if regions.get(name).is_none() {
-                let near = nearest_name(name, regions.regions.iter().map(|own| own.name.as_str()));
-                let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
-                return Err(NodeError::parameter("by_region", format!("there is no region `{name}`{near}")));
-            }
-        }
-        let mut solved_by: BTreeMap<&str, &str> = BTreeMap::new();
-        for region in &regions.regions {
-            if region.channels.is_empty() {
-                let problem = format!("region `{}` has no channels to solve; give it some or take it out", region.name);
-                return Err(NodeError::input(REGIONS.name(), problem));
-            }
-            for channel in &region.channels {
-                if let Some(other) = solved_by.insert(channel, &region.name) {
-                    let problem =
-                        format!("channel `{channel}` is solved by `{other}` and by `{}`; one must do", region.name);
-                    return Err(NodeError::input(REGIONS.name(), problem));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The channels of the curves that no region solves, where that is allowed.
-    fn unsolved(&self, regions: &Regions, curves: &Curves) -> Result<Vec<String>, NodeError> {
-        for region in &regions.regions {
-            curves
-                .arrange(&region.channels, None)
-                .map_err(|error| NodeError::input(CURVES.name(), format!("region `{}`: {error}", region.name)))?;
-        }
-        let solved = |channel: &&String| regions.regions.iter().any(|region| region.channels.contains(channel));
-        let unsolved: Vec<String> = curves.channels().iter().filter(|channel| !solved(channel)).cloned().collect();
-        if self.unsolved == Unsolved::Error && !unsolved.is_empty() {
-            let problem = format!(
-                "no region solves `{}`; add them to a region, or set `unsolved` to `zero`",
-                unsolved.join("`, `")
-            );
-            return Err(NodeError::input(REGIONS.name(), problem));
-        }
-        Ok(unsolved)
-    }
-}
-
-/// The features of `region`, made of its markers.
-fn features_of<'f>(region: &Region, features: &'f Features) -> Result<&'f RegionFeatures, NodeError> {
-    let own = features.region(&region.name).ok_or_else(|| {
-        let problem = format!("there are no features of region `{}`; make them from the same regions", region.name);
-        NodeError::input(FEATURES.name(), problem)
-    })?;
-    if own.markers != region.markers {
-        let problem = format!(
-            "region `{}` is made of other markers than the regions say: {}",
-            region.name,
-            super::solving::difference(&own.markers, &region.markers)
-        );
-        return Err(NodeError::input(FEATURES.name(), problem));
-    }
-    Ok(own)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod overrides;
 mod parameters;
 mod resolved;
 mod substitute;
+mod wiring;
 
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
-//! How `train_regions` trains: the settings of each region, and the run that trains all of them.
+//! How `train_regions` trains: what it is given is checked, each region gets its settings, and one run trains them all.
 
+pub(super) mod checks;
 mod run;
 mod settings;
 #[cfg(test)]

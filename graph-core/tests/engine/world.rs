@@ -1,6 +1,5 @@
 //! A small world for engine tests: numbers over frames, nodes that read, scale, blur, split, sum and write them, and a
 //! project folder that is cooked while its events are kept.
-
 use graph_core::cook::{Artifact, Event, FILES, Options, Summary, cook};
 use graph_core::document::Override;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -129,7 +128,7 @@ kind!(
     |_| Card::new("work").takes(&SERIES).gives(&SERIES).per_frame(0),
     |node, _, inputs| {
         let series = inputs.get(&SERIES)?;
-        if node.by > 1000.0 { panic!("far too large") }
+        assert!(node.by <= 1000.0, "far too large");
         let values = series.values.iter().map(|value| value * node.by).collect();
         Ok(Outputs::default().with(&SERIES, Series { axis: series.axis, values }))
     }
@@ -200,10 +199,16 @@ kind!(
     Write, "write", { path: String = String::new() },
     |_| Card::new("save").takes(&SERIES).writes("path"),
     |_, _, inputs| {
-        let text: String = inputs.get(&SERIES)?.values.iter().map(|value| format!("{value}\n")).collect();
+        let text = lines(inputs.get(&SERIES)?.values.iter().copied());
         Ok(Outputs::default().with(&FILES, Artifact { bytes: text.into_bytes() }))
     }
 );
+
+/// Numbers as text, one a line.
+fn lines(numbers: impl Iterator<Item = f64>) -> String {
+    let lines: Vec<String> = numbers.map(|number| number.to_string()).collect();
+    lines.join("\n") + "\n"
+}
 
 /// A folder with a graph, its files and its store.
 pub struct Project {
@@ -257,7 +262,7 @@ impl Project {
 
     /// Writes a series of `count` frames, frame t holding `value(t)`.
     pub fn series(&self, name: &str, count: usize, value: impl Fn(usize) -> f64) {
-        self.write(name, &(0..count).map(|t| format!("{}\n", value(t))).collect::<String>());
+        self.write(name, &lines((0..count).map(value)));
     }
 
     pub fn read(&self, name: &str) -> String {
@@ -265,7 +270,7 @@ impl Project {
     }
 
     pub fn store(&self) -> Store {
-        Store::open(&self.path("store")).unwrap()
+        Store::at(&self.path("store"))
     }
 
     pub fn cook(&self) -> Cooked {

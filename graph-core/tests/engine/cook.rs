@@ -1,8 +1,6 @@
 //! Cooks small projects, and asserts by the events which cells and blocks ran.
 
-mod common;
-
-use common::Project;
+use crate::world::Project;
 use graph_core::cook::{Event, Session, story};
 
 const TAKES: &str = r#"(
@@ -206,8 +204,8 @@ fn a_copied_project_recooks_nothing() {
     let copy = tempfile::tempdir().unwrap();
     let status = std::process::Command::new("cp").arg("-r").arg(project.path(".")).arg(copy.path()).status().unwrap();
     assert!(status.success());
-    let store = graph_core::store::Store::open(&copy.path().join("store")).unwrap();
-    let cooked = common::cook_at(&copy.path().join("graph.ron"), &store, &project.options, &[]);
+    let store = graph_core::store::Store::at(&copy.path().join("store"));
+    let cooked = crate::world::cook_at(&copy.path().join("graph.ron"), &store, &project.options, &[]);
     assert_eq!(cooked.summary.cooked, 0, "{:?}", cooked.names());
 }
 
@@ -253,6 +251,30 @@ fn a_dry_run_names_the_cause_and_cooks_nothing() {
     );
     project.options.dry = false;
     assert_eq!(project.cook().summary.cooked, 0, "planning changed nothing");
+}
+
+#[test]
+fn a_dry_run_of_what_was_never_cooked_says_so_and_makes_no_store() {
+    let mut project = takes();
+    project.options.dry = true;
+    let cooked = project.cook();
+    let new = |event: &&Event| matches!(event, Event::WouldCook { because, sure: true, .. } if because.starts_with("it is new ("));
+    assert_eq!(cooked.events.iter().filter(new).count(), 9, "{:#?}", cooked.events);
+    assert!(!project.path("store").exists());
+}
+
+#[test]
+fn a_dry_run_names_a_cells_own_change_before_what_its_inputs_may_bring() {
+    let mut project = takes();
+    project.cook();
+    project.series("takes/a.txt", 100, |t| t as f64 + 1.0);
+    project.options.dry = true;
+    let cooked = project.cook_with(&["by=9.0"]);
+    let scale = cooked.events.iter().find_map(|event| match event {
+        Event::WouldCook { node, because, sure, .. } if node == "solve/scale@a" => Some((because.as_str(), *sure)),
+        _ => None,
+    });
+    assert!(scale.is_some_and(|(because, sure)| sure && because.contains("parameter `by` changed")), "{scale:?}");
 }
 
 #[test]

@@ -1,0 +1,84 @@
+//! How a per-frame cell is cut into blocks, and the key of each block.
+
+use super::cell::{CellId, Link, SlotSet};
+use super::key::{Frames, Part, halo, key_of};
+use super::kitchen::Kitchen;
+use super::slot::Slot;
+use std::sync::Arc;
+use wire::{FrameAxis, Hasher};
+
+impl Kitchen<'_> {
+    /// Computes the keys of a per-frame cell's blocks.
+    pub fn block_keys(&mut self, id: CellId, parts: &[Part]) {
+        self.cells[id].block_keys.clear();
+        let Some(Ok(frames)) = self.frames(id) else { return };
+        let sliced = |label: &str| self.framed_links(id).any(|link| label == format!("input `{}`", link.port.name));
+        let base = key_of("block", parts.iter().filter(|part| !sliced(&part.label)));
+        let keys = (0..frames.blocks())
+            .map(|block| {
+                let (own, needed) = (frames.of_block(block), frames.with_halo(block));
+                let mut hasher = Hasher::new("block");
+                hasher.digest(&base).number(own.start as u64).number(own.end as u64);
+                hasher.number(needed.start as u64).number(needed.end as u64);
+                for link in self.framed_links(id) {
+                    for (label, slot) in self.slots_of(link) {
+                        hasher.bytes(label.as_bytes());
+                        for index in slot.blocks_of(Some(&needed)) {
+                            hasher.digest(&slot.record.blocks[index]);
+                        }
+                    }
+                }
+                hasher.finish()
+            })
+            .collect();
+        self.cells[id].block_keys = keys;
+        self.cells[id].base_key = base;
+    }
+
+    fn framed_links(&self, id: CellId) -> impl Iterator<Item = &Link> {
+        self.cells[id].links.iter().filter(|link| link.port.kind.framed && !link.port.still)
+    }
+
+    /// The slots that a link carries, by the names that a gathering port shows.
+    pub fn slots_of(&self, link: &Link) -> Vec<(String, Arc<Slot>)> {
+        let mut found = Vec::new();
+        for wire in &link.wires {
+            let set = self.cells[wire.cell].slots().and_then(|slots| slots.get(&wire.port));
+            match (set, &wire.item) {
+                (Some(SlotSet::One(slot)), _) => found.push((wire.label.clone(), Arc::clone(slot))),
+                (Some(SlotSet::List(items)), Some(item)) => {
+                    found.extend(items.get(item).map(|slot| (wire.label.clone(), Arc::clone(slot))));
+                }
+                (Some(SlotSet::List(items)), None) => found.extend(items.iter().map(|(name, slot)| {
+                    let label = if wire.label.is_empty() { name.clone() } else { format!("{}/{name}", wire.label) };
+                    (label, Arc::clone(slot))
+                })),
+                (None, _) => {}
+            }
+        }
+        found
+    }
+
+    /// How a per-frame cell is cut; an error where its inputs hold different frames.
+    pub fn frames(&self, id: CellId) -> Option<Result<Frames, String>> {
+        let halo = halo(&self.cells[id])?;
+        let mut first: Option<(String, FrameAxis)> = None;
+        for link in self.framed_links(id) {
+            for (label, slot) in self.slots_of(link) {
+                let Some(axis) = slot.record.axis else { continue };
+                let name =
+                    if label.is_empty() { link.port.name.to_owned() } else { format!("{}@{label}", link.port.name) };
+                match &first {
+                    None => first = Some((name, axis)),
+                    Some((other, known)) => {
+                        if let Err(problem) = known.matches(&axis) {
+                            return Some(Err(format!("inputs `{other}` and `{name}` do not fit: {problem}")));
+                        }
+                    }
+                }
+            }
+        }
+        let count = first?.1.count;
+        Some(Ok(Frames { count, halo, block: self.options.block_frames }))
+    }
+}

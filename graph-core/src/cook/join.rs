@@ -1,0 +1,139 @@
+//! Joins the blocks of a per-frame cell, those just computed and those kept from the last cook, into its outputs.
+
+use super::cell::SlotSet;
+use super::job::{Finished, JobError, worth_keeping};
+use super::key::Frames;
+use super::slot::{CookedBlock, Slot};
+use crate::node::{NodeError, PortFacts};
+use crate::store::{Action, OutputRecord, PackWriter, Store, ValueRecord};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use wire::{Digest, FrameAxis};
+
+/// Joins blocks into records, and writes them to the store where that is worth it.
+pub(crate) struct Join {
+    pub ports: Vec<PortFacts>,
+    pub key: Digest,
+    pub done: BTreeMap<usize, Vec<CookedBlock>>,
+    pub kept: BTreeMap<usize, usize>,
+    pub before: Option<Action>,
+    pub seconds: f64,
+    pub frames: Frames,
+    /// The slots of a finished cell whose blocks are only remade.
+    pub known: Option<Arc<BTreeMap<String, SlotSet>>>,
+}
+
+impl Join {
+    /// The outputs, written to the store where that is worth it.
+    pub fn run(self, store: &Store) -> Result<Finished, JobError> {
+        if let Some(known) = &self.known {
+            return self.remade(known);
+        }
+        let mut slots = BTreeMap::new();
+        let mut action = Action { seconds: self.seconds, ..Action::default() };
+        for (index, port) in self.ports.iter().enumerate() {
+            let slot = Arc::new(self.join_port(store, index, port)?);
+            action.outputs.insert(port.name.to_owned(), OutputRecord::One(slot.record.clone()));
+            slots.insert(port.name.to_owned(), SlotSet::One(slot));
+        }
+        store.put_action(&self.key, &action)?;
+        Ok(Finished { slots, action })
+    }
+
+    fn remade(&self, known: &Arc<BTreeMap<String, SlotSet>>) -> Result<Finished, JobError> {
+        for (index, port) in self.ports.iter().enumerate() {
+            let Some(SlotSet::One(slot)) = known.get(port.name) else { continue };
+            for (block, outputs) in &self.done {
+                if slot.record.blocks[*block] != outputs[index].digest {
+                    let name = port.name;
+                    let problem =
+                        format!("output `{name}` differs when it is computed again: the node is not a pure function");
+                    return Err(NodeError::Failed(problem).into());
+                }
+                slot.hold(*block, Arc::clone(&outputs[index].value));
+            }
+        }
+        Ok(Finished { slots: known.as_ref().clone(), action: Action::default() })
+    }
+
+    fn join_port(&self, store: &Store, index: usize, port: &PortFacts) -> Result<Slot, JobError> {
+        let frames = &self.frames;
+        let before = match self.before.as_ref().and_then(|before| before.outputs.get(port.name)) {
+            Some(OutputRecord::One(record)) => Some(Slot::known(port.kind, record.clone(), frames.block)),
+            _ => None,
+        };
+        let mut digests = Vec::with_capacity(frames.blocks());
+        let mut bytes = 0;
+        for block in 0..frames.blocks() {
+            if let Some(outputs) = self.done.get(&block) {
+                digests.push(outputs[index].digest);
+                bytes += outputs[index].encoding.len() as u64;
+            } else {
+                let old = self.kept.get(&block).zip(before.as_ref());
+                let digest = old.and_then(|(at, before)| before.record.blocks.get(*at).copied());
+                digests.push(digest.ok_or_else(|| NodeError::Failed("a kept block is not in the session".into()))?);
+                bytes +=
+                    before.as_ref().map_or(0, |before| before.record.bytes / before.record.blocks.len().max(1) as u64);
+            }
+        }
+        let axis = self.axis(index, before.as_ref());
+        let record = ValueRecord {
+            digest: ValueRecord::root(&port.kind, &digests),
+            axis: Some(axis),
+            blocks: digests,
+            summary: self.summary(index, port, before.as_ref()),
+            bytes,
+        };
+        let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
+        let slot = Slot::known(port.kind, record, frames.block);
+        if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
+            store.put_pack(&slot.record.digest, &pack)?;
+            slot.now_stored();
+        }
+        for (block, outputs) in &self.done {
+            slot.hold(*block, Arc::clone(&outputs[index].value));
+        }
+        Ok(slot)
+    }
+
+    /// All blocks as one pack; `None` where a kept block's bytes are no longer in the store.
+    fn pack(&self, store: &Store, index: usize, before: Option<&Slot>) -> Option<PackWriter> {
+        let mut pack = PackWriter::default();
+        for block in 0..self.frames.blocks() {
+            if let Some(outputs) = self.done.get(&block) {
+                pack.push(outputs[index].digest, Arc::clone(&outputs[index].encoding));
+            } else {
+                let (before, at) = (before?, *self.kept.get(&block)?);
+                let bytes = before.encoding(store, at).ok()?;
+                pack.push(before.record.blocks[at], Arc::new(bytes));
+            }
+        }
+        Some(pack)
+    }
+
+    fn axis(&self, index: usize, before: Option<&Slot>) -> FrameAxis {
+        let count = self.frames.count;
+        let cooked = self.done.iter().next().and_then(|(block, outputs)| Some((*block, outputs[index].value.axis()?)));
+        match (cooked, before.and_then(|before| before.record.axis)) {
+            (Some((block, axis)), _) => {
+                FrameAxis { first: axis.first - self.frames.of_block(block).start as i64, count, ..axis }
+            }
+            (None, Some(axis)) => FrameAxis { count, ..axis },
+            (None, None) => FrameAxis::new(count, 1.0),
+        }
+    }
+
+    fn summary(&self, index: usize, port: &PortFacts, before: Option<&Slot>) -> String {
+        let blocks: Vec<_> = self.done.values().map(|outputs| Arc::clone(&outputs[index].value)).collect();
+        let small = self.done.values().map(|outputs| outputs[index].encoding.len()).sum::<usize>() < 16 << 20;
+        if self.kept.is_empty()
+            && small
+            && let Ok(whole) = (port.kind.join)(&blocks)
+        {
+            return whole.summary();
+        }
+        let part = blocks.first().map(|block| block.summary());
+        let part = part.or_else(|| before.map(|before| before.record.summary.clone())).unwrap_or_default();
+        format!("{} frames; in one block of them: {part}", self.frames.count)
+    }
+}

@@ -1,0 +1,7 @@
+//! The engine from graph files to cooked results, on a small world of numbers over frames.
+
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
+mod cook;
+mod nesting;
+mod world;
