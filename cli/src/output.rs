@@ -19,7 +19,7 @@ pub fn print(text: &str) -> Result<(), Trouble> {
 /// Writes one JSON object as one line to standard output.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_json(object: &impl Serialize) -> Result<(), Trouble> {
     print(&json_line(object)?)
 }

@@ -26,7 +26,7 @@ pub mod png;
 pub mod regions;
 mod units;
 
-pub use csv::CsvError;
+pub use csv::{CsvError, csv_line};
 pub use error::{ReadError, Sibling, WriteError, no_sibling};
 pub use inspect::{Inspection, Stats, inspect};
 pub use units::LengthUnit;

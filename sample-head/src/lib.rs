@@ -1,7 +1,7 @@
 //! A procedural head that stands in for a scanned actor, so that everything runs with no data.
 //!
 //! [`build`] makes a rig of the kind that scans give: face, head, teeth, gums, tongue, eyeballs; 53 channels, combination
-//! correctives and in-betweens; 98 painted markers, 68 landmarks, seven regions, a range of motion. [`takes`] performs
+//! correctives and in-betweens; 98 painted markers, 68 landmarks, seven regions, a range of motion. [`takes()`] performs
 //! it: markers with the weights that drove them. All of it is computed from a seed, the same on every run.
 //!
 //! The way from proportions to a rig, in order: `identity` (who), `skull` (the bare head), `features` (what

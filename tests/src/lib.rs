@@ -7,7 +7,7 @@ mod project;
 mod run;
 mod workspace;
 
-pub use data::test_data;
+pub use data::{skipped, test_data};
 pub use project::Project;
 pub use run::Run;
 pub use workspace::{Workspace, root};

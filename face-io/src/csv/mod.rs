@@ -130,6 +130,18 @@ pub enum CsvError {
     },
 }
 
+/// A line of a table, each cell quoted where it must be.
+pub fn csv_line<'a>(cells: impl IntoIterator<Item = &'a str>) -> String {
+    let mut line = String::new();
+    for (index, cell) in cells.into_iter().enumerate() {
+        if index > 0 {
+            line.push(',');
+        }
+        push_cell(&mut line, cell);
+    }
+    line + "\n"
+}
+
 /// Appends a cell, quoted where it must be.
 pub(crate) fn push_cell(out: &mut String, text: &str) {
     if text.contains(['"', ',', '\n', '\r', '#']) || text.trim() != text {

@@ -3,8 +3,9 @@
 use super::cell::{Cell, CellId, Directory, KnownItems, State};
 use super::event::{Event, Summary};
 use super::key::Part;
+use super::results::Message;
 use super::session::{CellRecord, Session, session_name};
-use super::tasks::{Message, Task};
+use super::tasks::Task;
 use crate::document::{Diagnostic, Override};
 use crate::files::Fingerprints;
 use crate::plan::{OriginId, Plan};

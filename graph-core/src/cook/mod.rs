@@ -1,8 +1,9 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
 //! [`cook()`] makes cells from the plan (`cell`, `unfold`), asks for each whether its key is known (`key`, `evaluate`),
-//! computes what is not on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work per frame), holds values in `slot`s, writes the nodes' files
-//! (`publish`), remembers everything for the next cook (`session`) and for `why`.
+//! computes what is not on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work per frame), takes in
+//! what comes back (`results`), holds values in `slot`s, writes the nodes' files (`publish`), remembers everything for the
+//! next cook (`session`) and for `why`.
 
 mod artifact;
 mod blocks;
@@ -14,6 +15,7 @@ mod join;
 mod key;
 mod kitchen;
 mod publish;
+mod results;
 mod session;
 mod slot;
 mod tasks;

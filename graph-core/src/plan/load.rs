@@ -251,8 +251,11 @@ fn same_file(one: &Path, other: &Path) -> bool {
 
 /// Overrides of nodes' parameters (`--set node.param=value`) that name no node.
 fn unused_overrides(loader: &mut Loader) {
-    let mut paths: Vec<String> = (0..loader.nodes.len()).map(|node| loader.path(node)).collect();
-    paths.extend(loader.instances.iter().map(|instance| instance.prefix.trim_end_matches('/').to_owned()));
+    let named = loader
+        .instances
+        .iter()
+        .flat_map(|instance| instance.members.keys().map(|name| format!("{}{name}", instance.prefix)));
+    let paths: BTreeSet<String> = named.collect();
     for wanted in &loader.overrides {
         let node = wanted.path.join("/");
         if !wanted.path.is_empty() && !paths.contains(&node) {

@@ -7,6 +7,7 @@ mod save_animation;
 mod save_curves;
 mod save_images;
 mod save_markers;
+mod save_scores;
 mod scene;
 
 pub use render_faces::RenderFaces;
@@ -14,3 +15,4 @@ pub use save_animation::SaveAnimation;
 pub use save_curves::SaveCurves;
 pub use save_images::SaveImages;
 pub use save_markers::SaveMarkers;
+pub use save_scores::SaveScores;

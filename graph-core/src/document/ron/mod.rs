@@ -1,4 +1,4 @@
-//! RON text to [`Literal`]s with places, tolerant of mistakes: the first step of reading a graph.
+//! RON text to [`Literal`](super::Literal)s with places, tolerant of mistakes: the first step of reading a graph.
 //!
 //! It accepts what the `ron` crate accepts, except byte strings, ranges and whole numbers beyond 64 bits, which mean
 //! nothing in a graph. Unlike `ron` it goes on after a mistake, so that a graph's mistakes show in one pass.
