@@ -7,6 +7,7 @@ use crate::mistakes;
 use graph_core::cook::{CookError, Event, Options, Summary, cook};
 use graph_core::document::Diagnostics;
 use graph_core::plan::Plan;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// The plan of the graph that was asked for. With `json`, its mistakes are printed and followed by a summary in which
@@ -36,10 +37,10 @@ pub fn options(arguments: &CookArguments, dry: bool) -> Options {
 /// # Errors
 /// Where the cook could not run.
 pub fn run(
-    (asked, plan): (&Asked, &Plan),
+    (asked, plan): (&Asked, Plan),
     store: &StoreArguments,
     options: &Options,
-    cancel: &AtomicBool,
+    cancel: &Arc<AtomicBool>,
     tell: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, Trouble> {
     let unknown = options.only.iter().find(|name| plan.find(name).is_empty());
@@ -47,8 +48,8 @@ pub fn run(
         // Said before the store is made.
         return Err(CookError::UnknownNode(Box::new(plan.unknown_node(name))).into());
     }
-    let store = graph::store(store, &asked.path);
-    Ok(cook(plan, &asked.overrides, &store, options, cancel, tell)?)
+    let store = Arc::new(graph::store(store, &asked.path));
+    Ok(cook(plan, &asked.overrides, store, options, Arc::clone(cancel), tell)?)
 }
 
 /// The exit code of a cook.

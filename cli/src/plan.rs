@@ -8,8 +8,8 @@ use crate::words::one_line;
 use crate::{cooking, output};
 use graph_core::cook::{Event, Summary};
 use std::fmt::Write;
-use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
 
 /// What becomes of one cell.
 struct Row {
@@ -24,8 +24,8 @@ pub fn plan(arguments: &Plan) -> Result<Exit, Trouble> {
     let asked = Asked::read(&arguments.graph)?;
     let plan = cooking::load(&asked, arguments.json)?;
     let options = cooking::options(&arguments.cook, true);
-    let cancel = AtomicBool::new(false);
-    let cook = |tell: &(dyn Fn(Event) + Sync)| cooking::run((&asked, &plan), &arguments.store, &options, &cancel, tell);
+    let cancel = Arc::new(AtomicBool::new(false));
+    let cook = |tell: &(dyn Fn(Event) + Sync)| cooking::run((&asked, plan), &arguments.store, &options, &cancel, tell);
     if arguments.json {
         let lines = JsonLines::new(&cancel);
         let summary = cook(&|event| lines.tell(&event));

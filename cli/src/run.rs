@@ -5,6 +5,7 @@ use crate::exit::{Exit, Trouble};
 use crate::graph::Asked;
 use crate::tell::{JsonLines, People, Wanted};
 use crate::{cooking, signals};
+use graph_core::plan::Plan;
 
 /// Cooks the graph.
 pub fn run(arguments: &Run, global: &Global) -> Result<Exit, Trouble> {
@@ -12,17 +13,17 @@ pub fn run(arguments: &Run, global: &Global) -> Result<Exit, Trouble> {
     let plan = cooking::load(&asked, arguments.json)?;
     let options = cooking::options(&arguments.cook, false);
     let cancel = signals::cancelled_by_signals()?;
-    let cook = |tell: &(dyn Fn(graph_core::cook::Event) + Sync)| {
-        cooking::run((&asked, &plan), &arguments.store, &options, cancel, tell)
+    let cook = |plan: Plan, tell: &(dyn Fn(graph_core::cook::Event) + Sync)| {
+        cooking::run((&asked, plan), &arguments.store, &options, &cancel, tell)
     };
     let summary = if arguments.json {
-        let lines = JsonLines::new(cancel);
-        let summary = cook(&|event| lines.tell(&event));
+        let lines = JsonLines::new(&cancel);
+        let summary = cook(plan, &|event| lines.tell(&event));
         lines.finish()?;
         summary?
     } else {
         let wanted = Wanted { quiet: global.quiet, verbose: global.verbose };
-        People::new(wanted).during(|people| cook(&|event| people.tell(event)))?
+        People::new(wanted).during(|people| cook(plan, &|event| people.tell(event)))?
     };
     Ok(cooking::exit(&summary))
 }

@@ -2,15 +2,16 @@
 
 use crate::exit::{Exit, Trouble};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock};
 
-static CANCEL: AtomicBool = AtomicBool::new(false);
+static CANCEL: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 static SIGNALS: AtomicUsize = AtomicUsize::new(0);
 
 /// The flag that cancels a cook, raised by the first signal. Call once.
 ///
 /// # Errors
 /// Where the system refuses.
-pub fn cancelled_by_signals() -> Result<&'static AtomicBool, Trouble> {
+pub fn cancelled_by_signals() -> Result<Arc<AtomicBool>, Trouble> {
     ctrlc::set_handler(|| {
         if SIGNALS.fetch_add(1, Ordering::Relaxed) > 0 {
             // Bars may stand where the next prompt comes.
@@ -19,7 +20,7 @@ pub fn cancelled_by_signals() -> Result<&'static AtomicBool, Trouble> {
         }
         CANCEL.store(true, Ordering::Relaxed);
     })?;
-    Ok(&CANCEL)
+    Ok(Arc::clone(&CANCEL))
 }
 
 /// Whether a signal came.

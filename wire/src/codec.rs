@@ -32,6 +32,12 @@ pub struct Encoder {
 }
 
 impl Encoder {
+    /// Writes over the memory of `bytes`, whose content is dropped.
+    pub fn over(mut bytes: Vec<u8>) -> Self {
+        bytes.clear();
+        Self { bytes }
+    }
+
     /// The bytes written so far.
     pub fn finish(self) -> Vec<u8> {
         self.bytes

@@ -41,40 +41,63 @@ impl fmt::Display for Digest {
     }
 }
 
+/// Bytes that are gathered before the hash proper begins: most keys are shorter, and are hashed in one go.
+const GATHERED: usize = 256;
+
 /// Hashes a sequence of length-prefixed parts, so that no two different sequences look alike.
-#[derive(Clone, Default)]
-pub struct Hasher(blake3::Hasher);
+#[derive(Clone)]
+pub struct Hasher {
+    gathered: [u8; GATHERED],
+    count: usize,
+    begun: Option<Box<blake3::Hasher>>,
+}
 
 impl Hasher {
     /// An empty sequence under a name that keeps different uses of the hash apart.
     pub fn new(domain: &str) -> Self {
-        let mut hasher = Self(blake3::Hasher::new());
+        let mut hasher = Self { gathered: [0; GATHERED], count: 0, begun: None };
         hasher.bytes(domain.as_bytes());
         hasher
     }
 
+    fn add(&mut self, bytes: &[u8]) {
+        if let Some(begun) = &mut self.begun {
+            begun.update(bytes);
+        } else if let Some(place) = self.gathered.get_mut(self.count..self.count + bytes.len()) {
+            place.copy_from_slice(bytes);
+            self.count += bytes.len();
+        } else {
+            let mut begun = Box::new(blake3::Hasher::new());
+            begun.update(&self.gathered[..self.count]).update(bytes);
+            self.begun = Some(begun);
+        }
+    }
+
     /// Adds one part, preceded by its length.
     pub fn bytes(&mut self, part: &[u8]) -> &mut Self {
-        self.0.update(&(part.len() as u64).to_le_bytes());
-        self.0.update(part);
+        self.add(&(part.len() as u64).to_le_bytes());
+        self.add(part);
         self
     }
 
     /// Adds a number.
     pub fn number(&mut self, number: u64) -> &mut Self {
-        self.0.update(&number.to_le_bytes());
+        self.add(&number.to_le_bytes());
         self
     }
 
     /// Adds a digest (fixed length, so without a prefix).
     pub fn digest(&mut self, digest: &Digest) -> &mut Self {
-        self.0.update(&digest.0);
+        self.add(&digest.0);
         self
     }
 
     /// The digest of all parts so far.
     pub fn finish(&self) -> Digest {
-        Digest(*self.0.finalize().as_bytes())
+        match &self.begun {
+            Some(begun) => Digest(*begun.finalize().as_bytes()),
+            None => Digest::of(&self.gathered[..self.count]),
+        }
     }
 }
 
@@ -86,6 +109,21 @@ mod tests {
     fn parts_do_not_run_together() {
         let split = |a: &str, b: &str| Hasher::new("t").bytes(a.as_bytes()).bytes(b.as_bytes()).finish();
         assert_ne!(split("ab", "c"), split("a", "bc"));
+    }
+
+    #[test]
+    fn long_sequences_are_hashed_as_short_ones() {
+        let parts: Vec<Vec<u8>> = (0..40_u8).map(|length| vec![length; usize::from(length)]).collect();
+        for count in 0..parts.len() {
+            let mut hasher = Hasher::new("t");
+            let mut plain = blake3::Hasher::new();
+            plain.update(&1_u64.to_le_bytes()).update(b"t");
+            for part in &parts[..count] {
+                hasher.bytes(part);
+                plain.update(&(part.len() as u64).to_le_bytes()).update(part);
+            }
+            assert_eq!(hasher.finish().0, *plain.finalize().as_bytes(), "{count} parts");
+        }
     }
 
     #[test]

@@ -1,49 +1,49 @@
 //! How a per-frame cell is cut into blocks, and the key of each block.
 
-use super::cell::{CellId, Link, SlotSet};
-use super::key::{Frames, Part, halo, key_of};
-use super::kitchen::Kitchen;
+use super::cell::{CellId, Link, Made, SlotSet};
+use super::engine::Engine;
+use super::key::{Frames, begin_key, halo};
 use super::slot::Slot;
 use std::sync::Arc;
 use wire::{FrameAxis, Hasher};
 
-impl Kitchen<'_> {
+impl Engine {
     /// Computes the keys of a per-frame cell's blocks.
-    pub fn block_keys(&mut self, id: CellId, parts: &[Part]) {
-        self.cells[id].block_keys.clear();
+    pub(super) fn block_keys(&mut self, id: CellId, made: &mut Made) {
         let Some(Ok(frames)) = self.frames(id) else { return };
-        let sliced = |label: &str| self.framed_links(id).any(|link| label == format!("input `{}`", link.port.name));
-        let base = key_of("block", parts.iter().filter(|part| !sliced(&part.label)));
-        let keys = (0..frames.blocks())
-            .map(|block| {
-                let (own, needed) = (frames.of_block(block), frames.with_halo(block));
-                let mut hasher = Hasher::new("block");
-                hasher.digest(&base).number(own.start as u64).number(own.end as u64);
-                hasher.number(needed.start as u64).number(needed.end as u64);
-                for link in self.framed_links(id) {
-                    for (label, slot) in self.slots_of(link) {
-                        hasher.bytes(label.as_bytes());
-                        for index in slot.blocks_of(Some(&needed)) {
-                            hasher.digest(&slot.record.blocks[index]);
-                        }
-                    }
+        let cell = &self.cells[id];
+        let mut base = begin_key("block", &cell.settings, made.file.as_ref());
+        for (link, digest) in cell.links.iter().zip(&made.inputs).filter(|(link, _)| !link.framed()) {
+            base.bytes(link.port.name.as_bytes()).digest(digest);
+        }
+        let base = base.finish();
+        let slots: Vec<_> = self.framed_links(id).flat_map(|link| self.slots_of(link)).collect();
+        let keys = (0..frames.blocks()).map(|block| {
+            let (own, needed) = (frames.of_block(block), frames.with_halo(block));
+            let mut hasher = Hasher::new("block");
+            hasher.digest(&base).number(own.start as u64).number(own.end as u64);
+            hasher.number(needed.start as u64).number(needed.end as u64);
+            for (label, slot) in &slots {
+                hasher.bytes(label.as_bytes());
+                for index in slot.blocks_of(Some(&needed)) {
+                    hasher.digest(&slot.record.blocks[index]);
                 }
-                hasher.finish()
-            })
-            .collect();
-        self.cells[id].block_keys = keys;
+            }
+            hasher.finish()
+        });
+        made.block_keys = keys.collect();
         self.cells[id].base_key = base;
     }
 
     fn framed_links(&self, id: CellId) -> impl Iterator<Item = &Link> {
-        self.cells[id].links.iter().filter(|link| link.port.kind.framed && !link.port.still)
+        self.cells[id].links.iter().filter(|link| link.framed())
     }
 
     /// The slots that a link carries, by the names that a gathering port shows.
-    pub fn slots_of(&self, link: &Link) -> Vec<(String, Arc<Slot>)> {
+    pub(super) fn slots_of(&self, link: &Link) -> Vec<(String, Arc<Slot>)> {
         let mut found = Vec::new();
         for wire in &link.wires {
-            let set = self.cells[wire.cell].slots().and_then(|slots| slots.get(&wire.port));
+            let set = self.standing(wire);
             match (set, &wire.item) {
                 (Some(SlotSet::One(slot)), _) => found.push((wire.label.clone(), Arc::clone(slot))),
                 (Some(SlotSet::List(items)), Some(item)) => {
@@ -60,7 +60,7 @@ impl Kitchen<'_> {
     }
 
     /// How a per-frame cell is cut; an error where its inputs hold different frames.
-    pub fn frames(&self, id: CellId) -> Option<Result<Frames, String>> {
+    pub(super) fn frames(&self, id: CellId) -> Option<Result<Frames, String>> {
         let halo = halo(&self.cells[id])?;
         let mut first: Option<(String, FrameAxis)> = None;
         for link in self.framed_links(id) {

@@ -1,9 +1,12 @@
 //! Cells: the units that are cooked. A node of the plan is one cell, or one cell for each item it repeats over.
 
+use super::key::Part;
+use super::session::{CellRecord, Reason};
 use super::slot::Slot;
 use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts};
 use crate::plan::{OriginId, Plan, PlanSource};
+use crate::store::{Action, OutputRecord};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -26,13 +29,43 @@ impl SlotSet {
             Self::List(items) => items.values().collect(),
         }
     }
+
+    /// The digest of everything that stands here.
+    pub fn digest(&self) -> Digest {
+        match self {
+            Self::One(slot) => slot.record.digest,
+            Self::List(items) => list_digest(items.iter().map(|(name, slot)| (name, slot.record.digest))),
+        }
+    }
+
+    pub fn record(&self) -> OutputRecord {
+        match self {
+            Self::One(slot) => OutputRecord::One(slot.record.clone()),
+            Self::List(items) => {
+                OutputRecord::List(items.iter().map(|(name, slot)| (name.clone(), slot.record.clone())).collect())
+            }
+        }
+    }
 }
+
+/// The digest of a list of named values.
+pub(crate) fn list_digest<'a>(items: impl Iterator<Item = (&'a String, Digest)>) -> Digest {
+    let mut hasher = Hasher::new("list");
+    for (name, digest) in items {
+        hasher.bytes(name.as_bytes()).digest(&digest);
+    }
+    hasher.finish()
+}
+
+/// What stands on all outputs of a finished cell, in the order of its card.
+pub(crate) type Slots = Arc<[SlotSet]>;
 
 /// Where one value on an input comes from.
 #[derive(Debug, Clone)]
 pub(crate) struct Wire {
     pub cell: CellId,
-    pub port: String,
+    /// Position of the output on the producer's card.
+    pub output: usize,
     /// The item of a list output, where a single item is meant.
     pub item: Option<String>,
     /// The name under which a gathering port shows it; a whole list output shows its own items under it.
@@ -46,19 +79,51 @@ pub(crate) struct Link {
     pub wires: Vec<Wire>,
 }
 
+impl Link {
+    /// The label of the part of a key that this input makes.
+    pub fn label(&self) -> String {
+        format!("input `{}`", self.port.name)
+    }
+
+    /// Whether the port varies over time and is cut into blocks for a cell that works per frame.
+    pub fn framed(&self) -> bool {
+        self.port.kind.framed && !self.port.still
+    }
+}
+
 /// How far a cell is.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) enum State {
-    /// Something it needs is not finished.
+    /// Nothing is known of it yet.
     Waiting,
-    /// Its computation runs, or waits for values that are being remade.
-    Cooking,
     /// Finished, with what stands on its outputs.
-    Done(Arc<BTreeMap<String, SlotSet>>),
+    Done(Slots),
     /// In a plan: it would be cooked, so its outputs are not known.
     Unknown,
     /// Failed, or skipped because of the failure of the cell named.
     Failed(String),
+}
+
+/// The parts of a key that are a cell's own: kind, version, parameters. Shared by the cells of a plan node.
+#[derive(Debug)]
+pub(crate) struct Settings {
+    pub parts: Vec<Part>,
+    /// Over all parts.
+    pub digest: Digest,
+}
+
+/// What a key was made of the last time it was asked for.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Made {
+    pub key: Digest,
+    pub settings: Option<Arc<Settings>>,
+    /// Content of the source file.
+    pub file: Option<Digest>,
+    /// Content of each link.
+    pub inputs: Vec<Digest>,
+    pub block_keys: Vec<Digest>,
+    /// For a cell with a halo: the key of each block over the exact frames that it sees, not whole blocks of them.
+    pub frame_keys: Vec<Digest>,
 }
 
 /// A unit of cooking.
@@ -71,22 +136,38 @@ pub(crate) struct Cell {
     pub name: String,
     pub node: Arc<dyn Node>,
     pub card: Arc<Card>,
+    pub settings: Arc<Settings>,
     pub file: Option<PathBuf>,
     pub writes: Option<PathBuf>,
     pub links: Vec<Link>,
     /// What makes a link impossible, such as an item that a zipped list lacks.
     pub broken: Option<String>,
+    /// Cells that it is wired to, each once.
+    pub producers: Vec<CellId>,
     pub consumers: Vec<CellId>,
-    /// Producers that are not finished.
+    /// Producers that are not settled: in the making, or waiting for something that is.
     pub pending: usize,
+    /// Whether the cell itself is settled.
+    pub settled: bool,
+    /// Whether something it depends on has changed since it was last looked at.
+    pub dirty: bool,
+    pub queued: bool,
     pub state: State,
-    pub key: Digest,
-    pub block_keys: Vec<Digest>,
+    pub made: Made,
     /// The part of the blocks' keys that all of them share.
     pub base_key: Digest,
-    /// For a cell with a halo: the key of each block over the exact frames that it sees, not whole blocks of them.
-    pub frame_keys: Vec<Digest>,
-    /// Consumers that are not finished; at zero, memory is let go.
+    /// What the session of an earlier process, or this engine before the last change, knew of it.
+    pub before: Option<Box<CellRecord>>,
+    /// The cook in which it was last computed, and why.
+    pub cooked: Option<(u64, Reason)>,
+    /// The cook in which its result last changed.
+    pub changed_run: u64,
+    /// Seconds that it took to compute, and the files that it was seen to read beside its own.
+    pub seconds: f64,
+    pub reads: Vec<(String, Digest)>,
+    /// Seconds to have its values again: to read them, or to compute them and all that is not kept before them.
+    pub again_s: f64,
+    /// Consumers that are not settled; at zero, memory may be let go.
     pub open_consumers: usize,
 }
 
@@ -96,11 +177,23 @@ impl Cell {
         self.items.last().map_or("", String::as_str)
     }
 
-    pub fn slots(&self) -> Option<&Arc<BTreeMap<String, SlotSet>>> {
+    pub fn slots(&self) -> Option<&Slots> {
         match &self.state {
             State::Done(slots) => Some(slots),
             _ => None,
         }
+    }
+
+    /// The outputs by the names of their ports.
+    pub fn outputs(&self) -> impl Iterator<Item = (&'static str, &SlotSet)> {
+        let sets = self.slots().map_or(&[][..], |slots| slots);
+        self.card.outputs.iter().map(|port| port.name).zip(sets)
+    }
+
+    /// What the store and the session keep of its result.
+    pub fn action(&self) -> Action {
+        let outputs = self.outputs().map(|(name, set)| (name.to_owned(), set.record())).collect();
+        Action { outputs, reads: self.reads.clone(), seconds: self.seconds }
     }
 }
 
@@ -156,7 +249,9 @@ pub(crate) fn wires(
     };
     let fixed: Vec<Option<String>> = theirs.iter().map(item_of).collect();
     let open = fixed.iter().filter(|item| item.is_none()).count();
-    let wire = |cell: CellId, label: String| Wire { cell, port: source.port.clone(), item: item.clone(), label };
+    let outputs = &plan.nodes[source.node].card.outputs;
+    let output = outputs.iter().position(|port| port.name == source.port).unwrap_or_default();
+    let wire = |cell: CellId, label: String| Wire { cell, output, item: item.clone(), label };
     let several = gathers.unwrap_or(false);
     if open == 0 {
         let items: Vec<String> = fixed.into_iter().flatten().collect();
@@ -211,6 +306,7 @@ pub(crate) fn cell_name(path: &str, items: &[String]) -> String {
 }
 
 /// Digest of what stands on an input, as it enters keys.
+#[inline]
 pub(crate) fn link_digest(link: &Link, digest_of: impl Fn(&Wire) -> Option<Digest>) -> Option<Digest> {
     if let [wire] = link.wires.as_slice()
         && !link.port.list

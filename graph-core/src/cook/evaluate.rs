@@ -1,267 +1,323 @@
-//! Decides for each cell whether its result is known, and if not, why it is cooked.
+//! Decides for each dirty cell whether its result is known, and if not, why it is computed.
 
-use super::cell::{CellId, Link, SlotSet, State, Wire, link_digest};
+use super::cell::{CellId, Made, SlotSet, Slots, State, Wire, link_digest};
+use super::engine::Engine;
 use super::event::Event;
-use super::key::{Part, key_of, own_parts};
-use super::kitchen::{Counter, Kitchen};
-use super::session::{Cause, CellRecord, short};
+use super::key::begin_key;
+use super::session::{Cause, Reason};
 use super::slot::Slot;
-use super::why::{Difference, difference, told};
-use crate::store::{Action, OutputRecord};
+use super::why::{Now, difference, told};
+use crate::store::{Action, OutputRecord, ValueRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use wire::{Digest, Hasher};
 
-impl<'a> Kitchen<'a> {
-    /// Brings one cell, whose producers are all finished, up to date or on its way.
-    pub fn evaluate<'scope>(&mut self, id: CellId, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+impl Engine {
+    /// Brings one dirty cell, whose producers are all settled, up to date or on its way.
+    pub(super) fn evaluate(&mut self, id: CellId) {
+        self.cells[id].dirty = false;
         if let Some(problem) = self.cells[id].broken.clone() {
             return self.fail(id, &problem);
         }
-        let producers = self.producers(id);
-        let failed = producers.iter().find_map(|producer| match &self.cells[*producer].state {
-            State::Failed(cause) => Some(cause.clone()),
-            _ => None,
-        });
+        let (mut failed, mut unknown) = (None, None);
+        for producer in &self.cells[id].producers {
+            match &self.cells[*producer].state {
+                State::Failed(cause) => failed = failed.or_else(|| Some(cause.clone())),
+                State::Unknown => unknown = unknown.or(Some(*producer)),
+                State::Waiting | State::Done(_) => {}
+            }
+        }
         if let Some(cause) = failed {
             self.summary.skipped += 1;
-            (self.tell)(Event::Skipped { node: self.cells[id].name.clone(), because: cause.clone() });
-            return self.finish(id, State::Failed(cause));
+            self.tell(|| Event::Skipped { node: self.cells[id].name.clone(), because: cause.clone() });
+            self.cells[id].state = State::Failed(cause);
+            self.learn_items(id);
+            return self.settle(id, true);
         }
-        let unknown = producers.iter().find(|producer| matches!(self.cells[**producer].state, State::Unknown));
-        if let Some(producer) = unknown {
-            let because = format!("{} may give another result", self.cells[*producer].name);
-            return match self.own_cause(id, counter) {
-                Some(cause) => self.would_cook(id, told(&cause), true),
-                None => self.would_cook(id, because, false),
-            };
-        }
-        let parts = match self.parts(id, counter) {
-            Ok(parts) => parts,
+        let file = match self.file_content(id) {
+            Ok(file) => file,
             Err(problem) => return self.fail(id, &problem),
         };
-        self.cells[id].key = key_of("cell", &parts);
-        self.block_keys(id, &parts);
-        if let Some(action) = self.known(id, counter) {
-            return self.cached(id, &parts, action, counter);
+        if let Some(producer) = unknown {
+            return match self.own_reason(id, file) {
+                Some(reason) => self.would_cook(id, told(&self.cause(id, &reason)), true),
+                None => {
+                    let because = format!("{} may give another result", self.cells[producer].name);
+                    self.would_cook(id, because, false)
+                }
+            };
         }
-        let cause = self.cause(id, difference(self.session.cells.get(&self.cells[id].name), &parts, &[]));
+        let Some(key) = self.key(id, file) else {
+            return self.fail(id, "an input has no value");
+        };
+        if key == self.cells[id].made.key && matches!(self.cells[id].state, State::Done(_)) && self.reads_still_true(id)
+        {
+            return self.settle(id, false);
+        }
+        let mut made = self.made(id, key, file);
+        self.block_keys(id, &mut made);
+        if let Some(action) = self.known(id, &made) {
+            return self.cached(id, made, action);
+        }
+        let reason = self.reason(id, &made);
         if self.options.dry {
-            return self.would_cook(id, told(&cause), true);
+            return self.would_cook(id, told(&self.cause(id, &reason)), true);
         }
-        self.begin(id, parts, cause, counter);
+        self.begin(id, made, reason);
     }
 
     fn would_cook(&mut self, id: CellId, because: String, sure: bool) {
         let (node, kind) = (self.cells[id].name.clone(), self.kind(id));
         self.summary.cooked += 1;
-        (self.tell)(Event::WouldCook { node, kind, because, sure });
-        self.finish(id, State::Unknown);
+        self.tell(|| Event::WouldCook { node, kind, because, sure });
+        self.cells[id].state = State::Unknown;
+        self.learn_items(id);
+        self.settle(id, true);
     }
 
-    pub fn kind(&self, id: CellId) -> String {
+    pub(super) fn kind(&self, id: CellId) -> String {
         self.plan.nodes[self.cells[id].plan].kind.clone()
     }
 
-    /// Everything that the cell's key is made of.
-    fn parts(&mut self, id: CellId, counter: &Counter<'_, '_>) -> Result<Vec<Part>, String> {
-        let mut parts = self.settings(id, counter)?;
-        for link in &self.cells[id].links {
-            let digest = link_digest(link, |wire| self.wire_digest(wire));
-            let digest = digest.ok_or_else(|| format!("input `{}` has no value", link.port.name))?;
-            parts.push(Part { label: input_label(link), digest });
-        }
-        Ok(parts)
+    /// The content of a cell's source file, as it enters keys.
+    pub(super) fn file_content(&self, id: CellId) -> Result<Option<Digest>, String> {
+        let Some(file) = &self.cells[id].file else { return Ok(None) };
+        let content = self.shared.files.digest(file).map_err(|problem| format!("{}: {problem}", file.display()))?;
+        let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        Ok(Some(Hasher::new("file").bytes(ending.as_bytes()).digest(&content).finish()))
     }
 
-    /// The parts of the key that are the cell's own: version, parameters, file.
-    fn settings(&mut self, id: CellId, counter: &Counter<'_, '_>) -> Result<Vec<Part>, String> {
+    /// The key: settings, file, and the content of every input; `None` where an input has no value.
+    fn key(&self, id: CellId, file: Option<Digest>) -> Option<Digest> {
         let cell = &self.cells[id];
-        let mut parts = if self.plan.nodes[cell.plan].template.mentions_item {
-            own_parts(cell)
-        } else {
-            self.own_parts.entry(cell.plan).or_insert_with(|| own_parts(cell)).clone()
-        };
-        if let Some(file) = &cell.file {
-            let content = counter.files.digest(file).map_err(|problem| format!("{}: {problem}", file.display()))?;
-            let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-            let digest = Hasher::new("file").bytes(ending.as_bytes()).digest(&content).finish();
-            parts.push(Part { label: "file".into(), digest });
+        let mut hasher = begin_key("cell", &cell.settings, file.as_ref());
+        for link in &cell.links {
+            let digest = link_digest(link, |wire| self.wire_digest(wire))?;
+            hasher.bytes(link.port.name.as_bytes()).digest(&digest);
         }
-        Ok(parts)
+        Some(hasher.finish())
     }
 
-    /// In a plan, why a cell with inputs that are not known is cooked whatever they turn out to be.
-    fn own_cause(&mut self, id: CellId, counter: &Counter<'_, '_>) -> Option<Cause> {
-        let mut parts = self.settings(id, counter).ok()?;
-        let mut unknown = Vec::new();
-        for link in &self.cells[id].links {
-            match link_digest(link, |wire| self.wire_digest(wire)) {
-                Some(digest) => parts.push(Part { label: input_label(link), digest }),
-                None => unknown.push(input_label(link)),
-            }
-        }
-        match difference(self.session.cells.get(&self.cells[id].name), &parts, &unknown) {
-            Difference::Forgotten => None,
-            own => Some(self.cause(id, own)),
-        }
+    fn made(&self, id: CellId, key: Digest, file: Option<Digest>) -> Made {
+        let cell = &self.cells[id];
+        let inputs = cell.links.iter().filter_map(|link| link_digest(link, |wire| self.wire_digest(wire)));
+        let (inputs, settings) = (inputs.collect(), Some(Arc::clone(&cell.settings)));
+        Made { key, settings, file, inputs, block_keys: Vec::new(), frame_keys: Vec::new() }
+    }
+
+    /// What stands on the output that a wire comes from.
+    #[inline]
+    pub(super) fn standing(&self, wire: &Wire) -> Option<&SlotSet> {
+        self.cells[wire.cell].slots()?.get(wire.output)
     }
 
     /// The digest of what a wire carries.
-    pub fn wire_digest(&self, wire: &Wire) -> Option<Digest> {
-        let slots = self.cells[wire.cell].slots()?;
-        match (slots.get(&wire.port)?, &wire.item) {
-            (SlotSet::One(slot), _) => Some(slot.record.digest),
+    #[inline]
+    pub(super) fn wire_digest(&self, wire: &Wire) -> Option<Digest> {
+        match (self.standing(wire)?, &wire.item) {
             (SlotSet::List(items), Some(item)) => Some(items.get(item)?.record.digest),
-            (SlotSet::List(items), None) => {
-                let mut hasher = Hasher::new("list");
-                for (name, slot) in items {
-                    hasher.bytes(name.as_bytes()).digest(&slot.record.digest);
-                }
-                Some(hasher.finish())
-            }
+            (set, _) => Some(set.digest()),
         }
     }
 
-    /// The outputs known under the cell's key, from the last cook or from the store.
-    fn known(&self, id: CellId, counter: &Counter<'_, '_>) -> Option<Action> {
+    /// Whether the files that a cell was seen to read beside its own are as they were.
+    pub(super) fn reads_still_true(&self, id: CellId) -> bool {
         let cell = &self.cells[id];
-        let before = self.session.cells.get(&cell.name).filter(|before| before.key == cell.key);
-        let action = before.map(|before| before.action.clone()).or_else(|| self.store.action(&cell.key))?;
+        self.still_true(cell.file.as_deref(), &cell.reads)
+    }
+
+    fn still_true(&self, file: Option<&Path>, reads: &[(String, Digest)]) -> bool {
+        let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
+        reads.iter().all(|(name, digest)| self.shared.files.digest(&folder.join(name)).is_ok_and(|now| now == *digest))
+    }
+
+    /// The outputs known under the cell's key, from the last cook or from the store.
+    fn known(&self, id: CellId, made: &Made) -> Option<Action> {
+        let cell = &self.cells[id];
+        let before = cell.before.as_ref().filter(|before| before.key == made.key);
+        let action = match before {
+            Some(before) => before.action.clone(),
+            None => self.shared.store.action(&made.key)?,
+        };
         let complete = cell.card.outputs.iter().all(|port| {
             matches!(
                 (action.outputs.get(port.name), port.list),
                 (Some(OutputRecord::One(_)), false) | (Some(OutputRecord::List(_)), true)
             )
         });
-        let folder = cell.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        let same = |(name, digest): &(String, Digest)| {
-            counter.files.digest(&folder.join(name)).is_ok_and(|now| now == *digest)
-        };
-        (complete && action.reads.iter().all(same)).then_some(action)
+        (complete && self.still_true(cell.file.as_deref(), &action.reads)).then_some(action)
     }
 
-    fn cached<'scope>(&mut self, id: CellId, parts: &[Part], action: Action, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
-        let cell = &self.cells[id];
-        let mut slots = BTreeMap::new();
-        for port in &cell.card.outputs {
-            let slot = |record: &crate::store::ValueRecord| {
-                Arc::new(Slot::known(port.kind, record.clone(), self.options.block_frames))
-            };
-            let set = match action.outputs.get(port.name) {
-                Some(OutputRecord::One(record)) => SlotSet::One(slot(record)),
-                Some(OutputRecord::List(items)) => {
-                    SlotSet::List(items.iter().map(|(name, record)| (name.clone(), slot(record))).collect())
-                }
-                None => continue,
-            };
-            slots.insert(port.name.to_owned(), set);
+    fn cached(&mut self, id: CellId, mut made: Made, action: Action) {
+        let block_frames = self.shared.block_frames;
+        let cell = &mut self.cells[id];
+        let slots: Slots = cell
+            .card
+            .outputs
+            .iter()
+            .filter_map(|port| {
+                let slot = |record: &ValueRecord| Arc::new(Slot::known(port.kind, record.clone(), block_frames));
+                Some(match action.outputs.get(port.name)? {
+                    OutputRecord::One(record) => SlotSet::One(slot(record)),
+                    OutputRecord::List(items) => {
+                        SlotSet::List(items.iter().map(|(name, record)| (name.clone(), slot(record))).collect())
+                    }
+                })
+            })
+            .collect();
+        if let Some(before) = cell.before.as_ref().filter(|_| matches!(cell.state, State::Waiting)) {
+            if before.key == made.key {
+                made.frame_keys.clone_from(&before.frame_keys);
+            }
+            cell.cooked = before.cooked.as_ref().map(|(run, cause)| (*run, Reason::Told(cause.clone())));
         }
-        let blocks = cell.block_keys.len();
-        let name = cell.name.clone();
-        let before = self.session.cells.get(&name);
-        let cooked = before.and_then(|before| before.cooked.clone());
-        let same = before.filter(|before| before.key == cell.key);
-        self.cells[id].frame_keys = same.map(|before| before.frame_keys.clone()).unwrap_or_default();
-        self.note(id, parts, action, cooked);
-        self.summary.cached += 1;
+        let (blocks, name) = (made.block_keys.len(), cell.name.clone());
+        (cell.seconds, cell.reads) = (action.seconds, action.reads);
         self.summary.blocks_cached += blocks;
-        (self.tell)(Event::Cached { node: name, kind: self.kind(id), blocks });
-        self.finish(id, State::Done(Arc::new(slots)));
-        self.publish(id, counter);
+        self.tell(|| Event::Cached { node: name, kind: self.kind(id), blocks });
+        self.done(id, made, slots);
+        self.publish(id);
     }
 
-    /// Remembers a finished cell.
-    pub fn note(&mut self, id: CellId, parts: &[Part], action: Action, cooked: Option<(u64, Cause)>) {
-        let cell = &self.cells[id];
-        let parts = parts.iter().map(|part| (part.label.clone(), short(&part.digest))).collect();
-        let (block_keys, frame_keys) = (cell.block_keys.clone(), cell.frame_keys.clone());
-        let record = CellRecord { key: cell.key, parts, action, block_keys, frame_keys, cooked };
-        self.records.insert(cell.name.clone(), record);
+    /// Takes a cell's result.
+    pub(super) fn done(&mut self, id: CellId, made: Made, slots: Slots) {
+        let cell = &mut self.cells[id];
+        let now = slots.iter().map(SlotSet::digest);
+        // Against what consumers have seen, and against what the last cook of an earlier process knew.
+        let (changed, differs) = match (&cell.state, &cell.before) {
+            (State::Done(seen), _) => {
+                let changed = !seen.iter().map(SlotSet::digest).eq(now);
+                (changed, changed)
+            }
+            (_, Some(before)) => {
+                let known = cell.card.outputs.iter().map(|port| before.action.outputs.get(port.name));
+                (true, !known.map(|record| record.map(OutputRecord::digest)).eq(now.map(Some)))
+            }
+            _ => (true, true),
+        };
+        if differs {
+            cell.changed_run = self.session.run;
+        }
+        cell.made = made;
+        cell.state = State::Done(slots);
+        self.learn_items(id);
+        self.settle(id, changed);
     }
 
     /// Marks a cell as failed, and tells so.
-    pub fn fail(&mut self, id: CellId, problem: &str) {
+    pub(super) fn fail(&mut self, id: CellId, problem: &str) {
         let cell = &self.cells[id];
         let mut inputs = BTreeMap::new();
         for link in &cell.links {
             for wire in &link.wires {
                 let label = if wire.label.is_empty() { String::new() } else { format!("@{}", wire.label) };
-                let set = self.cells[wire.cell].slots().and_then(|slots| slots.get(&wire.port));
+                let set = self.standing(wire);
                 let summary = set.and_then(|set| set.slots().first().map(|slot| slot.record.summary.clone()));
                 inputs.insert(format!("{}{label}", link.port.name), summary.unwrap_or_default());
             }
         }
         let place = self.plan.nodes[cell.plan].place.text();
         let (node, kind, error) = (cell.name.clone(), self.kind(id), problem.to_owned());
+        self.tell(|| Event::Failed { node: node.clone(), kind, error, place, inputs });
         self.summary.failed += 1;
-        (self.tell)(Event::Failed { node: node.clone(), kind, error, place, inputs });
-        self.finish(id, State::Failed(node));
+        self.failed.insert(id);
+        self.cells[id].state = State::Failed(node);
+        self.learn_items(id);
+        self.settle(id, true);
     }
 
-    /// The difference for which the cell is cooked, in words and with its place.
-    fn cause(&self, id: CellId, difference: Difference) -> Cause {
+    /// In a plan, why a cell with inputs that are not known is cooked whatever they turn out to be.
+    fn own_reason(&self, id: CellId, file: Option<Digest>) -> Option<Reason> {
         let cell = &self.cells[id];
-        let plan = &self.plan.nodes[cell.plan];
-        let here = Some(plan.place.text());
-        let plain = |text: String, place: Option<String>| Cause { text, place, upstream: None };
-        match difference {
-            Difference::New => plain("it is new".into(), here),
-            Difference::Forgotten => plain("the store no longer holds its result".into(), None),
-            Difference::Added(label) => plain(format!("{label} was added"), here),
-            Difference::Removed(label) => plain(format!("{label} was taken away"), here),
-            Difference::Changed(label) => {
-                if label == "version" {
-                    let version = cell.card.version;
-                    return plain(format!("its kind `{}` is now version {version}", plan.kind), None);
+        let inputs: Vec<_> = cell.links.iter().map(|link| link_digest(link, |wire| self.wire_digest(wire))).collect();
+        let now = Now { settings: &cell.settings, file, links: &cell.links, inputs };
+        match difference(cell.before.as_deref(), &now) {
+            Reason::Forgotten => None,
+            Reason::Input(link, _) => Some(self.input_reason(id, link)),
+            own => Some(own),
+        }
+    }
+
+    /// The first part of the key that differs from the one before.
+    fn reason(&self, id: CellId, made: &Made) -> Reason {
+        let cell = &self.cells[id];
+        let reason = match (&cell.made.settings, &cell.before) {
+            // Computed before by this very engine.
+            (Some(before), _) => {
+                let own = super::why::settings_difference(&before.parts, &cell.settings.parts);
+                let input = || cell.made.inputs.iter().zip(&made.inputs).position(|(before, now)| before != now);
+                match own {
+                    Some(own) => own,
+                    None if cell.made.file != made.file => Reason::Changed("file".to_owned()),
+                    None => input().map_or(Reason::Forgotten, |link| Reason::Input(link, None)),
                 }
-                if label == "file" {
-                    let file = cell.file.as_ref().map(|file| file.display().to_string());
-                    return plain("its file changed".into(), file);
-                }
-                if let Some(port) = label.strip_prefix("input `").and_then(|rest| rest.strip_suffix('`')) {
-                    return self.input_cause(id, port);
-                }
-                let parameter = label.strip_prefix("parameter `").and_then(|rest| rest.strip_suffix('`'));
-                let entry = plan.template.entry();
-                let span = parameter.and_then(|name| entry.with.get(name)).map(|param| param.value.span);
-                let place = span.map(|span| {
-                    let source = Arc::clone(&plan.template.graph.source);
-                    crate::document::Place { source, span }.text()
-                });
-                plain(format!("{label} changed"), place.or(here))
             }
+            (None, before) => {
+                let inputs = made.inputs.iter().copied().map(Some).collect();
+                let now = Now { settings: &cell.settings, file: made.file, links: &cell.links, inputs };
+                difference(before.as_deref(), &now)
+            }
+        };
+        match reason {
+            Reason::Input(link, _) => self.input_reason(id, link),
+            other => other,
         }
     }
 
     /// Why an input differs: the producer whose result changed, or a changed connection.
-    fn input_cause(&self, id: CellId, port: &str) -> Cause {
+    fn input_reason(&self, id: CellId, link: usize) -> Reason {
+        let mut producers = self.cells[id].links[link].wires.iter().map(|wire| wire.cell);
+        Reason::Input(link, producers.find(|producer| self.cells[*producer].changed_run == self.session.run))
+    }
+
+    /// A reason in words, with its place.
+    pub(super) fn cause(&self, id: CellId, reason: &Reason) -> Cause {
         let cell = &self.cells[id];
-        let link = cell.links.iter().find(|link| link.port.name == port);
-        let place = self.plan.nodes[cell.plan].inputs.iter().find(|input| input.port.name == port);
-        for wire in link.iter().flat_map(|link| &link.wires) {
-            let producer = &self.cells[wire.cell];
-            let before =
-                self.session.cells.get(&producer.name).and_then(|before| before.action.outputs.get(&wire.port));
-            let now = self.records.get(&producer.name).and_then(|now| now.action.outputs.get(&wire.port));
-            if before.map(OutputRecord::digest) != now.map(OutputRecord::digest) {
-                let text = format!("its input `{port}` changed");
-                return Cause { text, place: None, upstream: Some(producer.name.clone()) };
+        let plan = &self.plan.nodes[cell.plan];
+        let here = Some(plan.place.text());
+        let plain = |text: String, place: Option<String>| Cause { text, place, upstream: None };
+        match reason {
+            Reason::Told(cause) => cause.clone(),
+            Reason::New => plain("it is new".into(), here),
+            Reason::Forgotten => plain("the store no longer holds its result".into(), None),
+            Reason::Added(label) => plain(format!("{label} was added"), here),
+            Reason::Removed(label) => plain(format!("{label} was taken away"), here),
+            Reason::Changed(label) if label == "version" => {
+                plain(format!("its kind `{}` is now version {}", plan.kind, cell.card.version), None)
+            }
+            Reason::Changed(label) if label == "file" => {
+                plain("its file changed".into(), cell.file.as_ref().map(|file| file.display().to_string()))
+            }
+            Reason::Changed(label) => {
+                let parameter = label.strip_prefix("parameter `").and_then(|rest| rest.strip_suffix('`'));
+                plain(
+                    format!("{label} changed"),
+                    parameter.and_then(|name| self.parameter_place(cell.plan, name)).or(here),
+                )
+            }
+            Reason::Input(link, upstream) => {
+                let port = cell.links.get(*link).map_or("", |link| link.port.name);
+                match upstream {
+                    Some(producer) => Cause {
+                        text: format!("its input `{port}` changed"),
+                        place: None,
+                        upstream: Some(self.cells[*producer].name.clone()),
+                    },
+                    None => {
+                        let input = plan.inputs.iter().find(|input| input.port.name == port);
+                        let text = format!("its input `{port}` is connected to something else, or has other items");
+                        plain(text, input.map(|input| input.place.text()))
+                    }
+                }
             }
         }
-        let text = format!("its input `{port}` is connected to something else, or has other items");
-        Cause { text, place: place.map(|input| input.place.text()), upstream: None }
     }
-}
 
-/// The label of the part of a key that an input makes.
-fn input_label(link: &Link) -> String {
-    format!("input `{}`", link.port.name)
+    /// Where a parameter of a plan node is written.
+    fn parameter_place(&self, plan: usize, name: &str) -> Option<String> {
+        let template = &self.plan.nodes[plan].template;
+        let span = template.entry().with.get(name)?.value.span;
+        Some(crate::document::Place { source: Arc::clone(&template.graph.source), span }.text())
+    }
 }

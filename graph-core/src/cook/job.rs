@@ -1,15 +1,14 @@
 //! Jobs: what runs on the pool's threads: one computation of a whole cell or of one block of its frames.
 
-use super::cell::SlotSet;
+use super::cell::{SlotSet, Slots};
 use super::event::Event;
+use super::shared::Shared;
 use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
 use crate::node::{Card, Context, Host, Inputs, Node, NodeError, Outputs, PortFacts, PortValue, SourceFile};
-use crate::store::{Action, OutputRecord, Store, StoreError, ValueRecord};
-use std::collections::BTreeMap;
+use crate::store::{Action, StoreError, ValueRecord};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wire::{Digest, Hasher, Value};
@@ -50,64 +49,71 @@ pub(crate) struct JobInput {
     pub slots: Vec<(String, Arc<Slot>)>,
 }
 
-/// Takes a fraction done and named numbers.
-pub(crate) type Report<'a> = Box<dyn Fn(f64, &[(&str, f64)]) + Send + Sync + 'a>;
-
 /// Everything that a computation needs, free of the coordinator.
-pub(crate) struct Job<'a> {
+pub(crate) struct Job {
     pub node: Arc<dyn Node>,
     pub card: Arc<Card>,
+    pub name: String,
     pub item: String,
     pub key: Digest,
     /// The part of the blocks' keys that all of them share.
     pub base_key: Digest,
     pub file: Option<PathBuf>,
     pub inputs: Vec<JobInput>,
-    pub store: &'a Store,
-    pub files: &'a crate::files::Fingerprints,
-    pub cancel: &'a AtomicBool,
     /// What is told when the first thread takes this job up.
     pub started: Mutex<Option<Event>>,
-    pub tell: &'a (dyn Fn(Event) + Sync),
-    pub progress: Report<'a>,
-    pub block_frames: usize,
 }
 
 /// The engine's side of a node's context.
-struct JobHost<'a> {
-    job: &'a Job<'a>,
-    reads: Mutex<Vec<(String, Digest)>>,
+pub(crate) struct Desk<'a> {
+    pub shared: &'a Shared,
+    pub name: &'a str,
+    pub key: Digest,
+    pub file: Option<&'a Path>,
+    pub reads: Mutex<Vec<(String, Digest)>>,
 }
 
-impl Host for JobHost<'_> {
+impl Host for Desk<'_> {
     fn progress(&self, fraction: f64, numbers: &[(&str, f64)]) {
-        (self.job.progress)(fraction, numbers);
+        self.shared.tell(|| {
+            let numbers = numbers.iter().map(|(name, number)| ((*name).to_owned(), *number)).collect();
+            Event::Progress { node: self.name.to_owned(), fraction, numbers }
+        });
     }
 
     fn source(&self) -> Result<SourceFile, NodeError> {
-        let path = self.job.file.as_ref().ok_or_else(|| NodeError::failed("this node has no source file"))?;
+        let path = self.file.ok_or_else(|| NodeError::failed("this node has no source file"))?;
         let (bytes, _) =
-            self.job.files.read(path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
+            self.shared.files.read(path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(SourceFile { name, bytes })
     }
 
     fn sibling(&self, name: &str) -> Result<Arc<Vec<u8>>, NodeError> {
-        let main = self.job.file.as_ref().ok_or_else(|| NodeError::failed("this node has no source file"))?;
-        let path = main.parent().unwrap_or(std::path::Path::new("")).join(name);
+        let main = self.file.ok_or_else(|| NodeError::failed("this node has no source file"))?;
+        let path = main.parent().unwrap_or(Path::new("")).join(name);
         let (bytes, digest) =
-            self.job.files.read(&path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
+            self.shared.files.read(&path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
         self.reads.lock().unwrap_or_else(PoisonError::into_inner).push((name.to_owned(), digest));
         Ok(bytes)
     }
 
     fn checkpoint(&self, name: &str) -> Option<Vec<u8>> {
-        self.job.store.checkpoint(&self.job.key, name)
+        self.shared.store.checkpoint(&self.key, name)
     }
 
     fn save_checkpoint(&self, name: &str, state: &[u8]) {
         // A checkpoint that cannot be saved costs time after a crash, and nothing else.
-        let _ = self.job.store.put_checkpoint(&self.job.key, name, state);
+        let _ = self.shared.store.put_checkpoint(&self.key, name, state);
+    }
+}
+
+impl Desk<'_> {
+    /// Computes `node`, whose panics are its failures.
+    pub fn compute(&self, node: &dyn Node, item: &str, inputs: &Inputs) -> Result<Outputs, NodeError> {
+        let context = Context::new(self, &self.shared.cancel, item);
+        catch_unwind(AssertUnwindSafe(|| node.compute(&context, inputs)))
+            .unwrap_or_else(|panic| Err(NodeError::Failed(panic_text(panic.as_ref()))))
     }
 }
 
@@ -122,18 +128,20 @@ pub(crate) struct BlockResult {
 
 /// What a whole computation gave.
 pub(crate) struct Finished {
-    pub slots: BTreeMap<String, SlotSet>,
-    pub action: Action,
+    /// In the order of the card's outputs.
+    pub slots: Slots,
+    pub reads: Vec<(String, Digest)>,
+    pub seconds: f64,
 }
 
-impl Job<'_> {
-    fn gather_inputs(&self, frames: Option<&Range<usize>>) -> Result<Inputs, JobError> {
+impl Job {
+    fn gather_inputs(&self, shared: &Shared, frames: Option<&Range<usize>>) -> Result<Inputs, JobError> {
         let mut inputs = Inputs::default();
         for input in &self.inputs {
             let sliced = frames.filter(|_| input.port.kind.framed && !input.port.still);
             let fetch = |slot: &Slot| match sliced {
-                Some(frames) => slot.frames(self.store, frames),
-                None => slot.whole(self.store),
+                Some(frames) => slot.frames(&shared.store, frames),
+                None => slot.whole(&shared.store),
             };
             let value = if input.port.list {
                 let items = input.slots.iter().map(|(name, slot)| Ok((name.clone(), fetch(slot)?)));
@@ -146,29 +154,14 @@ impl Job<'_> {
         Ok(inputs)
     }
 
-    fn compute(&self, inputs: &Inputs) -> Result<(Outputs, Vec<(String, Digest)>), JobError> {
+    fn compute(&self, shared: &Shared, inputs: &Inputs) -> Result<(Outputs, Vec<(String, Digest)>), JobError> {
         if let Some(started) = self.started.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            (self.tell)(started);
+            shared.tell(|| started);
         }
-        let host = JobHost { job: self, reads: Mutex::default() };
-        let context = Context::new(&host, self.cancel, &self.item);
-        let outputs = catch_unwind(AssertUnwindSafe(|| self.node.compute(&context, inputs)))
-            .unwrap_or_else(|panic| Err(NodeError::Failed(panic_text(panic.as_ref()))))?;
-        let reads = host.reads.into_inner().unwrap_or_else(PoisonError::into_inner);
-        Ok((outputs, reads))
-    }
-
-    fn typed(port: &PortFacts, value: &Arc<dyn Value>) -> Result<(), JobError> {
-        if value.kind() == port.kind {
-            return Ok(());
-        }
-        let problem =
-            format!("the node gave {} on its output `{}`, which is {}", value.kind().name, port.name, port.kind.name);
-        Err(NodeError::Failed(problem).into())
-    }
-
-    fn missing_output(port: &PortFacts) -> JobError {
-        NodeError::Failed(format!("the node gave nothing on its output `{}`", port.name)).into()
+        let (name, key, file) = (self.name.as_str(), self.key, self.file.as_deref());
+        let desk = Desk { shared, name, key, file, reads: Mutex::default() };
+        let outputs = desk.compute(self.node.as_ref(), &self.item, inputs)?;
+        Ok((outputs, desk.reads.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
 
     /// The key of a block over exactly the frames that it sees.
@@ -197,23 +190,24 @@ impl Job<'_> {
     /// blocks beside its own; where exactly these frames are as they were (`before`), nothing is computed.
     pub fn block(
         &self,
+        shared: &Shared,
         own: &Range<usize>,
         with_halo: &Range<usize>,
         has_halo: bool,
         before: Option<Digest>,
     ) -> Result<BlockResult, JobError> {
-        let inputs = self.gather_inputs(Some(with_halo))?;
+        let inputs = self.gather_inputs(shared, Some(with_halo))?;
         let frame_key = has_halo.then(|| self.frame_key(own, with_halo, &inputs));
         if frame_key.is_some() && frame_key == before {
             return Ok(BlockResult { blocks: None, seconds: 0.0, frame_key });
         }
         let start = Instant::now();
-        let (mut outputs, _) = self.compute(&inputs)?;
+        let (mut outputs, _) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
         let mut blocks = Vec::new();
         for port in &self.card.outputs {
-            let Some(PortValue::One(value)) = outputs.take(port.name) else { return Err(Self::missing_output(port)) };
-            Self::typed(port, &value)?;
+            let Some(PortValue::One(value)) = outputs.take(port.name) else { return Err(missing_output(port)) };
+            typed(port, &value)?;
             let frames = value.axis().map_or(0, |axis| axis.count);
             if frames != with_halo.len() {
                 let (name, needed) = (port.name, with_halo.len());
@@ -222,59 +216,64 @@ impl Job<'_> {
             }
             let within = own.start - with_halo.start..own.end - with_halo.start;
             let value = if within == (0..frames) { Some(value) } else { value.slice(within) };
-            let value = value.ok_or_else(|| Self::missing_output(port))?;
+            let value = value.ok_or_else(|| missing_output(port))?;
             blocks.push(CookedBlock::new(value));
         }
         Ok(BlockResult { blocks: Some(blocks), seconds, frame_key })
     }
 
     /// Computes the whole cell, and writes what is worth it to the store.
-    pub fn whole(&self) -> Result<Finished, JobError> {
-        let inputs = self.gather_inputs(None)?;
+    pub fn whole(&self, shared: &Shared) -> Result<Finished, JobError> {
+        let inputs = self.gather_inputs(shared, None)?;
         let start = Instant::now();
-        let (mut outputs, reads) = self.compute(&inputs)?;
+        let (mut outputs, reads) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
-        let mut finished = Finished { slots: BTreeMap::new(), action: Action { reads, seconds, ..Action::default() } };
+        let mut sets = Vec::with_capacity(self.card.outputs.len());
         for port in &self.card.outputs {
-            let given = outputs.take(port.name).ok_or_else(|| Self::missing_output(port))?;
-            let (set, record) = match given {
-                PortValue::One(value) if !port.list => {
-                    let slot = self.keep(port, &value, seconds)?;
-                    let record = OutputRecord::One(slot.record.clone());
-                    (SlotSet::One(slot), record)
-                }
+            let given = outputs.take(port.name).ok_or_else(|| missing_output(port))?;
+            sets.push(match given {
+                PortValue::One(value) if !port.list => SlotSet::One(keep(shared, port, &value, seconds)?),
                 PortValue::List(items) if port.list => {
-                    let mut slots = BTreeMap::new();
-                    for (name, value) in items {
-                        slots.insert(name, self.keep(port, &value, seconds)?);
-                    }
-                    let records = slots.iter().map(|(name, slot)| (name.clone(), slot.record.clone())).collect();
-                    (SlotSet::List(slots), OutputRecord::List(records))
+                    let kept = items.into_iter().map(|(name, value)| Ok((name, keep(shared, port, &value, seconds)?)));
+                    SlotSet::List(kept.collect::<Result<_, JobError>>()?)
                 }
-                _ => return Err(Self::missing_output(port)),
-            };
-            finished.slots.insert(port.name.to_owned(), set);
-            finished.action.outputs.insert(port.name.to_owned(), record);
+                _ => return Err(missing_output(port)),
+            });
         }
-        self.store.put_action(&self.key, &finished.action)?;
-        self.store.drop_checkpoints(&self.key);
-        Ok(finished)
+        let named = self.card.outputs.iter().map(|port| port.name.to_owned()).zip(&sets);
+        let outputs = named.map(|(name, set)| (name, set.record())).collect();
+        shared.store.put_action(&self.key, &Action { outputs, reads: reads.clone(), seconds })?;
+        shared.store.drop_checkpoints(&self.key);
+        Ok(Finished { slots: sets.into(), reads, seconds })
     }
+}
 
-    fn keep(&self, port: &PortFacts, value: &Arc<dyn Value>, seconds: f64) -> Result<Arc<Slot>, JobError> {
-        Self::typed(port, value)?;
-        let blocks = cut(value, self.block_frames);
-        let record = record_of(port, &blocks, value.axis(), value.summary());
-        let slot = Slot::known(port.kind, record, self.block_frames);
-        if worth_keeping(&slot.record, seconds) {
-            self.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
-            slot.now_stored();
-        }
-        for (index, block) in blocks.into_iter().enumerate() {
-            slot.hold(index, block.value);
-        }
-        Ok(Arc::new(slot))
+fn keep(shared: &Shared, port: &PortFacts, value: &Arc<dyn Value>, seconds: f64) -> Result<Arc<Slot>, JobError> {
+    typed(port, value)?;
+    let blocks = cut(value, shared.block_frames);
+    let record = record_of(port, &blocks, value.axis(), value.summary());
+    let slot = Slot::known(port.kind, record, shared.block_frames);
+    if worth_keeping(&slot.record, seconds) {
+        shared.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
+        slot.now_stored();
     }
+    for (index, block) in blocks.into_iter().enumerate() {
+        slot.hold(index, block.value);
+    }
+    Ok(Arc::new(slot))
+}
+
+pub(crate) fn typed(port: &PortFacts, value: &Arc<dyn Value>) -> Result<(), JobError> {
+    if value.kind() == port.kind {
+        return Ok(());
+    }
+    let problem =
+        format!("the node gave {} on its output `{}`, which is {}", value.kind().name, port.name, port.kind.name);
+    Err(NodeError::Failed(problem).into())
+}
+
+pub(crate) fn missing_output(port: &PortFacts) -> JobError {
+    NodeError::Failed(format!("the node gave nothing on its output `{}`", port.name)).into()
 }
 
 /// The record of a value that consists of `blocks`.
@@ -297,7 +296,7 @@ pub(crate) fn record_of(
 /// Bytes below which a time-varying value is always kept.
 const SMALL_BYTES: u64 = 4 << 20;
 /// How fast a kept value is read back, in bytes a second, at a careful guess.
-const READ_BYTES_A_SECOND: f64 = 250e6;
+pub(crate) const READ_BYTES_A_SECOND: f64 = 250e6;
 
 /// Whether a value costs more to compute again than to read. Values without frames are always kept, since they are
 /// what takes share; large time-varying ones only where computing them was dear.
@@ -305,7 +304,7 @@ pub(crate) fn worth_keeping(record: &ValueRecord, seconds: f64) -> bool {
     record.axis.is_none() || record.bytes <= SMALL_BYTES || seconds > record.bytes as f64 / READ_BYTES_A_SECOND
 }
 
-fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+pub(crate) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
     format!("the node panicked: {}", text.unwrap_or("without a message"))
 }

@@ -1,6 +1,6 @@
 //! Joins the blocks of a per-frame cell, those just computed and those kept from the last cook, into its outputs.
 
-use super::cell::SlotSet;
+use super::cell::{SlotSet, Slots};
 use super::job::{Finished, JobError, worth_keeping};
 use super::key::Frames;
 use super::slot::{CookedBlock, Slot};
@@ -13,14 +13,15 @@ use wire::{Digest, FrameAxis};
 /// Joins blocks into records, and writes them to the store where that is worth it.
 pub(crate) struct Join {
     pub ports: Vec<PortFacts>,
-    pub key: Digest,
+    /// The key in the making; `None` where blocks are only remade.
+    pub key: Option<Digest>,
     pub done: BTreeMap<usize, Vec<CookedBlock>>,
     pub kept: BTreeMap<usize, usize>,
     pub before: Option<Action>,
     pub seconds: f64,
     pub frames: Frames,
     /// The slots of a finished cell whose blocks are only remade.
-    pub known: Option<Arc<BTreeMap<String, SlotSet>>>,
+    pub known: Option<Slots>,
 }
 
 impl Join {
@@ -29,20 +30,20 @@ impl Join {
         if let Some(known) = &self.known {
             return self.remade(known);
         }
-        let mut slots = BTreeMap::new();
-        let mut action = Action { seconds: self.seconds, ..Action::default() };
-        for (index, port) in self.ports.iter().enumerate() {
-            let slot = Arc::new(self.join_port(store, index, port)?);
-            action.outputs.insert(port.name.to_owned(), OutputRecord::One(slot.record.clone()));
-            slots.insert(port.name.to_owned(), SlotSet::One(slot));
+        let ports = self.ports.iter().enumerate();
+        let slots = ports.map(|(index, port)| Ok(SlotSet::One(Arc::new(self.join_port(store, index, port)?))));
+        let slots: Slots = slots.collect::<Result<_, JobError>>()?;
+        if let Some(key) = &self.key {
+            let named = self.ports.iter().map(|port| port.name.to_owned()).zip(slots.iter());
+            let outputs = named.map(|(name, set)| (name, set.record())).collect();
+            store.put_action(key, &Action { outputs, reads: Vec::new(), seconds: self.seconds })?;
         }
-        store.put_action(&self.key, &action)?;
-        Ok(Finished { slots, action })
+        Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds })
     }
 
-    fn remade(&self, known: &Arc<BTreeMap<String, SlotSet>>) -> Result<Finished, JobError> {
-        for (index, port) in self.ports.iter().enumerate() {
-            let Some(SlotSet::One(slot)) = known.get(port.name) else { continue };
+    fn remade(&self, known: &Slots) -> Result<Finished, JobError> {
+        for (index, (port, set)) in self.ports.iter().zip(known.iter()).enumerate() {
+            let SlotSet::One(slot) = set else { continue };
             for (block, outputs) in &self.done {
                 if slot.record.blocks[*block] != outputs[index].digest {
                     let name = port.name;
@@ -53,7 +54,7 @@ impl Join {
                 slot.hold(*block, Arc::clone(&outputs[index].value));
             }
         }
-        Ok(Finished { slots: known.as_ref().clone(), action: Action::default() })
+        Ok(Finished { slots: Arc::clone(known), reads: Vec::new(), seconds: 0.0 })
     }
 
     fn join_port(&self, store: &Store, index: usize, port: &PortFacts) -> Result<Slot, JobError> {

@@ -1,14 +1,14 @@
 //! Keys: key(cell) = hash(kind, version, canonical parameters, content of files, content of inputs).
 //! Nothing else enters: no path, host, thread count or name.
 
-use super::cell::Cell;
+use super::cell::{Cell, Link, Settings};
 use crate::document::canonical_parameters;
-use crate::node::Time;
+use crate::node::{Card, Node, Time};
 use std::ops::Range;
 use wire::{Digest, Hasher};
 
 /// Raise this when the engine itself changes what a key means.
-const ENGINE: u64 = 1;
+const ENGINE: u64 = 2;
 
 /// One part of a key, labelled for `why`.
 #[derive(Debug, Clone)]
@@ -17,26 +17,33 @@ pub(crate) struct Part {
     pub digest: Digest,
 }
 
-/// The parts that come from the node itself: kind, version and parameters without the names of files.
-pub(crate) fn own_parts(cell: &Cell) -> Vec<Part> {
-    let card = &cell.card;
-    let kind = cell.node.typetag_name();
-    let version = Hasher::new(kind).number(u64::from(card.version)).number(ENGINE).finish();
-    let mut parts = vec![Part { label: "version".into(), digest: version }];
-    let skipped: Vec<&str> = card.reads.into_iter().chain(card.writes).collect();
-    for (name, text) in canonical_parameters(cell.node.as_ref(), &skipped) {
-        parts.push(Part { label: format!("parameter `{name}`"), digest: Digest::of(text.as_bytes()) });
+impl Settings {
+    /// The parts that come from the node itself: kind, version and parameters without the names of files.
+    pub fn of(node: &dyn Node, card: &Card) -> Self {
+        let kind = node.typetag_name();
+        let version = Hasher::new(kind).number(u64::from(card.version)).number(ENGINE).finish();
+        let mut parts = vec![Part { label: "version".into(), digest: version }];
+        let skipped: Vec<&str> = card.reads.into_iter().chain(card.writes).collect();
+        for (name, text) in canonical_parameters(node, &skipped) {
+            parts.push(Part { label: format!("parameter `{name}`"), digest: Digest::of(text.as_bytes()) });
+        }
+        let mut hasher = Hasher::new("settings");
+        for part in &parts {
+            hasher.bytes(part.label.as_bytes()).digest(&part.digest);
+        }
+        Self { digest: hasher.finish(), parts }
     }
-    parts
 }
 
-/// The key of a cell: over all parts in their order.
-pub(crate) fn key_of<'a>(domain: &str, parts: impl IntoIterator<Item = &'a Part>) -> Digest {
+/// A key: what is computed and from which file, before the inputs are added.
+pub(crate) fn begin_key(domain: &str, settings: &Settings, file: Option<&Digest>) -> Hasher {
     let mut hasher = Hasher::new(domain);
-    for part in parts {
-        hasher.bytes(part.label.as_bytes()).digest(&part.digest);
-    }
-    hasher.finish()
+    hasher.digest(&settings.digest);
+    match file {
+        Some(file) => hasher.number(1).digest(file),
+        None => hasher.number(0),
+    };
+    hasher
 }
 
 /// How a per-frame cell is cut into blocks.
@@ -68,5 +75,5 @@ impl Frames {
 /// The halo of a per-frame cell that has at least one time-varying input.
 pub(crate) fn halo(cell: &Cell) -> Option<usize> {
     let Time::PerFrame { halo } = cell.card.time else { return None };
-    cell.links.iter().any(|link| link.port.kind.framed && !link.port.still).then_some(halo)
+    cell.links.iter().any(Link::framed).then_some(halo)
 }

@@ -1,30 +1,34 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
-//! [`cook()`] makes cells from the plan (`cell`, `unfold`), asks for each whether its key is known (`key`, `evaluate`),
-//! computes what is not on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work per frame), takes in
-//! what comes back (`results`), holds values in `slot`s, writes the nodes' files (`publish`), remembers everything for the
-//! next cook (`session`) and for `why`.
+//! [`Engine`] makes cells from the plan (`cell`, `unfold`), asks of each that something changed for whether its key is known
+//! (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
+//! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
+//! holds values in `slot`s, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
+//! for `why`. [`cook()`] does all of it once.
 
 mod artifact;
 mod blocks;
 mod cell;
+mod cost;
+mod engine;
 mod evaluate;
 mod event;
+mod in_place;
 mod job;
 mod join;
 mod key;
-mod kitchen;
 mod publish;
 mod results;
 mod session;
+mod shared;
 mod slot;
 mod tasks;
 mod unfold;
 mod why;
 
 pub use artifact::{Artifact, FILES};
+pub use engine::{CookError, EditError, Engine, Options, Tell, cook};
 pub use event::{Event, Summary};
-pub use kitchen::{CookError, Options, cook};
 pub use session::{Cause, CellRecord, Session, session_name};
 pub use why::story;
 

@@ -3,9 +3,9 @@
 
 use super::artifact::Artifact;
 use super::cell::{CellId, SlotSet};
+use super::engine::Engine;
 use super::event::Event;
 use super::job::JobError;
-use super::kitchen::{Counter, Kitchen};
 use super::results::Message;
 use super::slot::Slot;
 use crate::files::Signature;
@@ -30,18 +30,16 @@ pub(crate) struct Written {
     kept: Option<PathBuf>,
 }
 
-impl<'a> Kitchen<'a> {
+impl Engine {
     /// Publishes the file of a finished writing cell, where it is not in place already.
-    pub fn publish<'scope>(&mut self, id: CellId, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    pub(super) fn publish(&mut self, id: CellId) {
         if self.options.dry {
             return;
         }
         let cell = &self.cells[id];
-        let (Some(path), Some(slots)) = (cell.writes.clone(), cell.slots()) else { return };
-        let Some(SlotSet::One(slot)) = slots.get(super::FILES.name()) else { return };
+        let Some(path) = cell.writes.clone() else { return };
+        let file = cell.outputs().find(|(name, _)| *name == super::FILES.name());
+        let Some((_, SlotSet::One(slot))) = file else { return };
         let in_place = self.published.get(&path).is_some_and(|(signature, digest)| {
             *digest == slot.record.digest
                 && Signature::of(&path).is_ok_and(|now| now == *signature)
@@ -51,28 +49,19 @@ impl<'a> Kitchen<'a> {
             return;
         }
         let slot = Arc::clone(slot);
-        let missing = slot.absent(self.store, slot.blocks_of(None));
+        let missing = slot.absent(&self.shared.store, slot.blocks_of(None));
         if !missing.is_empty() {
-            return self.remake(id, missing.into_iter().collect(), counter);
+            return self.remake(id, missing.into_iter().collect());
         }
-        let provenance = self.provenance(id, counter);
-        let (sender, store) = (counter.sender.clone(), self.store);
-        self.running += 1;
-        counter.scope.spawn(move |_| {
-            let result = write_out(&path, &slot, store, provenance);
-            let _ = sender.send(Message::Published { cell: id, result });
+        let provenance = self.provenance(id);
+        self.spawn(id, move |shared| {
+            let result = write_out(&path, &slot, &shared.store, provenance);
+            Message::Published { cell: id, result }
         });
     }
 
     /// Takes what became of a file.
-    pub fn published<'scope>(
-        &mut self,
-        id: CellId,
-        result: Result<Written, JobError>,
-        counter: &mut Counter<'_, 'scope>,
-    ) where
-        'a: 'scope,
-    {
+    pub(super) fn published(&mut self, id: CellId, result: Result<Written, JobError>) {
         let node = self.cells[id].name.clone();
         match result {
             Ok(written) => {
@@ -80,34 +69,39 @@ impl<'a> Kitchen<'a> {
                     let path = written.path.display();
                     let message =
                         format!("{path} was not as it was written; what stood there is now {}", kept.display());
-                    (self.tell)(Event::Notice { about: node.clone(), message });
+                    self.tell(|| Event::Notice { about: node.clone(), message });
                 }
                 if let Some(bytes) = written.bytes {
                     self.summary.written += 1;
-                    (self.tell)(Event::Wrote { node, path: written.path.display().to_string(), bytes });
+                    self.tell(|| Event::Wrote { node, path: written.path.display().to_string(), bytes });
                 }
                 self.published.insert(written.path, (written.signature, written.digest));
             }
-            Err(JobError::Absent(_)) => self.remake(id, BTreeSet::new(), counter),
-            Err(JobError::Store(error)) => drop(self.broken_store.get_or_insert(error)),
+            Err(JobError::Absent(_)) => self.remake(id, BTreeSet::new()),
+            Err(JobError::Store(error)) => {
+                self.broken.get_or_insert(error.into());
+            }
             Err(JobError::Node(error)) => {
                 // The value is sound; only its file is not in place.
                 let place = self.plan.nodes[self.cells[id].plan].place.text();
                 let kind = self.kind(id);
                 self.summary.failed += 1;
-                (self.tell)(Event::Failed { node, kind, error: error.to_string(), place, inputs: BTreeMap::new() });
+                self.tell(|| Event::Failed { node, kind, error: error.to_string(), place, inputs: BTreeMap::new() });
             }
         }
     }
 
     /// What a file came from: its key, the graph, the inputs, all source files upstream, and the versions.
-    fn provenance(&self, id: CellId, counter: &Counter<'_, '_>) -> serde_json::Value {
+    fn provenance(&self, id: CellId) -> serde_json::Value {
         let cell = &self.cells[id];
         let mut inputs = serde_json::Map::new();
         for link in &cell.links {
             for wire in &link.wires {
                 let digest = self.wire_digest(wire).map(|digest| digest.hex());
-                let from = format!("{}.{}", self.cells[wire.cell].name, wire.port);
+                let from = {
+                    let producer = &self.cells[wire.cell];
+                    format!("{}.{}", producer.name, producer.card.outputs[wire.output].name)
+                };
                 inputs.insert(link.port.name.to_owned(), json!({ "from": from, "digest": digest }));
             }
         }
@@ -120,10 +114,10 @@ impl<'a> Kitchen<'a> {
             let cell = &self.cells[id];
             versions.insert(self.kind(id), cell.card.version);
             if let Some(file) = &cell.file {
-                let digest = counter.files.get(file).map(|known| known.digest.hex());
+                let digest = self.shared.files.get(file).map(|known| known.digest.hex());
                 sources.insert(file.display().to_string(), digest);
             }
-            open.extend(self.producers(id));
+            open.extend(&cell.producers);
         }
         let graphs: BTreeMap<_, _> = self
             .plan
@@ -136,7 +130,7 @@ impl<'a> Kitchen<'a> {
             "node": cell.name,
             "kind": self.kind(id),
             "item": cell.item(),
-            "key": cell.key.hex(),
+            "key": cell.made.key.hex(),
             "graphs": graphs,
             "inputs": inputs,
             "sources": sources,

@@ -1,12 +1,12 @@
 //! What comes back from the pool: results and troubles of jobs, and the tasks that they end or start anew.
 
-use super::cell::{CellId, SlotSet, State};
+use super::cell::{CellId, Made, SlotSet, Slots, State};
+use super::engine::Engine;
 use super::event::Event;
 use super::job::{BlockResult, Finished, JobError};
 use super::join::Join;
-use super::kitchen::{Counter, Kitchen};
-use crate::node::NodeError;
-use crate::store::OutputRecord;
+use super::session::Reason;
+use crate::node::{NodeError, PortFacts};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -18,12 +18,9 @@ pub(crate) enum Message {
     Published { cell: CellId, result: Result<super::publish::Written, JobError> },
 }
 
-impl<'a> Kitchen<'a> {
+impl Engine {
     /// Takes what a job tells.
-    pub fn receive<'scope>(&mut self, message: Message, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    pub(super) fn receive(&mut self, message: Message) {
         match message {
             Message::Block { cell, block, result } => {
                 let Some(task) = self.tasks.get_mut(&cell) else { return };
@@ -37,23 +34,23 @@ impl<'a> Kitchen<'a> {
                             task.blocks.remove(&block);
                             task.kept.insert(block, block);
                         }
-                        if let (Some(key), Some(place)) = (frame_key, self.cells[cell].frame_keys.get_mut(block)) {
+                        let keys = task.fresh.as_mut().map(|(made, _)| &mut made.frame_keys);
+                        if let (Some(key), Some(place)) = (frame_key, keys.and_then(|keys| keys.get_mut(block))) {
                             *place = key;
                         }
                         let (done, all, idle) = (task.done.len(), task.blocks.len(), task.jobs == 0);
-                        let node = self.cells[cell].name.clone();
-                        (self.tell)(Event::Progress {
-                            node,
+                        self.tell(|| Event::Progress {
+                            node: self.cells[cell].name.clone(),
                             fraction: done as f64 / all.max(1) as f64,
                             numbers: BTreeMap::new(),
                         });
                         if done == all {
-                            self.join(cell, counter);
+                            self.join(cell);
                         } else if idle {
-                            self.ensure(cell, counter);
+                            self.ensure(cell);
                         }
                     }
-                    Err(error) => self.trouble(cell, error, counter),
+                    Err(error) => self.trouble(cell, error),
                 }
             }
             Message::Whole { cell, result } | Message::Joined { cell, result } => {
@@ -61,124 +58,119 @@ impl<'a> Kitchen<'a> {
                     task.jobs -= 1;
                 }
                 match result {
-                    Ok(finished) => self.served(cell, finished, counter),
-                    Err(error) => self.trouble(cell, error, counter),
+                    Ok(finished) => self.served(cell, finished),
+                    Err(error) => self.trouble(cell, error),
                 }
             }
-            Message::Published { cell, result } => self.published(cell, result, counter),
+            Message::Published { cell, result } => self.published(cell, result),
         }
     }
 
     /// Joins a per-frame cell's blocks, those just computed and those kept from the last cook.
-    pub fn join<'scope>(&mut self, id: CellId, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    pub(super) fn join(&mut self, id: CellId) {
         let Some(task) = self.tasks.get_mut(&id) else { return };
         let Some(frames) = task.frames.clone() else { return };
         let join = Join {
             ports: self.cells[id].card.outputs.clone(),
-            key: self.cells[id].key,
+            key: task.fresh.as_ref().map(|(made, _)| made.key),
             done: std::mem::take(&mut task.done),
             kept: task.kept.clone(),
-            before: self.session.cells.get(&self.cells[id].name).map(|before| before.action.clone()),
+            before: task.last.take().map(|last| last.action),
             seconds: task.seconds,
             frames,
-            known: self.cells[id].slots().cloned(),
+            known: self.cells[id].slots().filter(|_| task.fresh.is_none()).cloned(),
         };
         task.jobs += 1;
-        self.running += 1;
-        let (sender, store) = (counter.sender.clone(), self.store);
-        counter.scope.spawn(move |_| {
-            let _ = sender.send(Message::Joined { cell: id, result: join.run(store) });
-        });
+        self.spawn(id, move |shared| Message::Joined { cell: id, result: join.run(&shared.store) });
     }
 
     /// A task has its values.
-    fn served<'scope>(&mut self, id: CellId, finished: Finished, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    fn served(&mut self, id: CellId, finished: Finished) {
         let Some(task) = self.tasks.remove(&id) else { return };
         let name = self.cells[id].name.clone();
-        if let Some((parts, cause)) = task.fresh {
-            let (cooked, kept) = (task.blocks.len(), task.kept.len());
-            let outputs =
-                finished.action.outputs.iter().map(|(port, record)| (port.clone(), outline(record))).collect();
-            let seconds = finished.action.seconds;
-            let run = self.session.run;
-            self.note(id, &parts, finished.action, Some((run, cause)));
-            self.summary.cooked += 1;
-            self.summary.blocks_cooked += cooked;
-            self.summary.blocks_cached += kept;
-            let kind = self.kind(id);
-            (self.tell)(Event::Cooked {
-                node: name,
-                kind,
-                seconds,
-                blocks_cooked: cooked,
-                blocks_cached: kept,
-                outputs,
-            });
-            self.finish(id, State::Done(Arc::new(finished.slots)));
-            self.publish(id, counter);
+        if let Some((made, reason)) = task.fresh {
+            let blocks = (task.blocks.len(), task.kept.len());
+            self.costs.learn(self.cells[id].plan, finished.seconds);
+            self.cooked(id, made, reason, finished, blocks);
         } else {
             self.summary.remade += 1;
-            (self.tell)(Event::Remade { node: name, blocks: task.blocks.len() });
+            self.tell(|| Event::Remade { node: name.clone(), blocks: task.blocks.len() });
             let same = self.cells[id].slots().is_some_and(|known| take_over(known, &finished.slots));
             if !same {
                 let problem = "gave another result for the same inputs; it is not a pure function of them";
-                let (name, kind) = (self.cells[id].name.clone(), self.kind(id));
-                let message = format!("{name} (kind `{kind}`) {problem}");
-                (self.tell)(Event::Notice { about: name, message });
+                let message = format!("{name} (kind `{}`) {problem}", self.kind(id));
+                self.tell(|| Event::Notice { about: name, message });
                 // Those who wait get the new values: computing on is better than waiting for ever.
-                self.cells[id].state = State::Done(Arc::new(finished.slots));
+                self.cells[id].state = State::Done(finished.slots);
             }
             if self.cells[id].writes.is_some() {
-                self.publish(id, counter);
+                self.publish(id);
             }
         }
-        self.wake(task.waiters, counter);
+        self.wake(task.waiters);
     }
 
-    fn wake<'scope>(&mut self, waiters: Vec<CellId>, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    /// A cell was computed.
+    pub(super) fn cooked(
+        &mut self,
+        id: CellId,
+        made: Made,
+        reason: Reason,
+        finished: Finished,
+        blocks: (usize, usize),
+    ) {
+        self.summary.cooked += 1;
+        self.summary.blocks_cooked += blocks.0;
+        self.summary.blocks_cached += blocks.1;
+        let cell = &mut self.cells[id];
+        cell.cooked = Some((self.session.run, reason));
+        (cell.seconds, cell.reads) = (finished.seconds, finished.reads);
+        let cell = &self.cells[id];
+        self.tell(|| Event::Cooked {
+            node: cell.name.clone(),
+            kind: self.kind(id),
+            seconds: finished.seconds,
+            blocks_cooked: blocks.0,
+            blocks_cached: blocks.1,
+            outputs: cell.card.outputs.iter().zip(&*finished.slots).map(outline).collect(),
+        });
+        self.done(id, made, finished.slots);
+        self.publish(id);
+    }
+
+    fn wake(&mut self, waiters: Vec<CellId>) {
         for waiter in waiters {
             let Some(task) = self.tasks.get_mut(&waiter) else { continue };
             task.waits -= 1;
             if task.waits == 0 && !self.cancelled() {
-                self.ensure(waiter, counter);
+                self.ensure(waiter);
             }
         }
     }
 
     /// A job of a task gave no result.
-    fn trouble<'scope>(&mut self, id: CellId, error: JobError, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    fn trouble(&mut self, id: CellId, error: JobError) {
         let name = self.cells[id].name.clone();
         let problem = match error {
             JobError::Absent(absent) => {
                 if absent.damaged {
                     let message = "a stored value was damaged; it was dropped and is computed again".to_owned();
-                    (self.tell)(Event::Notice { about: name.clone(), message });
+                    self.tell(|| Event::Notice { about: name.clone(), message });
                 }
                 let Some(task) = self.tasks.get_mut(&id) else { return };
                 task.tries += 1;
                 if task.tries <= 5 {
                     if task.jobs == 0 {
-                        self.ensure(id, counter);
+                        self.ensure(id);
                     }
                     return;
                 }
                 "its inputs could not be kept: the store loses what is written to it".to_owned()
             }
             JobError::Store(error) => {
-                self.cancel.store(true, std::sync::atomic::Ordering::Relaxed);
-                self.broken_store.get_or_insert(error);
+                // What still runs would be lost.
+                self.shared.cancel.store(true, std::sync::atomic::Ordering::Relaxed);
+                self.broken.get_or_insert(error.into());
                 return;
             }
             JobError::Node(NodeError::Cancelled) if self.cancelled() => return,
@@ -188,7 +180,7 @@ impl<'a> Kitchen<'a> {
         if task.fresh.is_some() {
             self.fail(id, &problem);
         } else {
-            (self.tell)(Event::Notice { about: name.clone(), message: format!("could not be remade: {problem}") });
+            self.tell(|| Event::Notice { about: name.clone(), message: format!("could not be remade: {problem}") });
         }
         for waiter in task.waiters {
             if self.tasks.remove(&waiter).is_some_and(|waiting| waiting.fresh.is_some()) {
@@ -198,21 +190,21 @@ impl<'a> Kitchen<'a> {
     }
 }
 
-/// An output in one line.
-fn outline(record: &OutputRecord) -> String {
-    match record {
-        OutputRecord::One(value) => value.summary.clone(),
-        OutputRecord::List(items) => {
+/// An output in one line, by its port.
+fn outline((port, set): (&PortFacts, &SlotSet)) -> (String, String) {
+    let line = match set {
+        SlotSet::One(slot) => slot.record.summary.clone(),
+        SlotSet::List(items) => {
             let names: Vec<String> = items.keys().cloned().collect();
             format!("{} items: {}", items.len(), super::cell::some_of(&names))
         }
-    }
+    };
+    (port.name.to_owned(), line)
 }
 
 /// Hands remade values to the slots that are already known; whether they are the same.
-fn take_over(known: &BTreeMap<String, SlotSet>, made: &BTreeMap<String, SlotSet>) -> bool {
-    known.iter().all(|(port, set)| {
-        let Some(other) = made.get(port) else { return false };
+fn take_over(known: &Slots, made: &Slots) -> bool {
+    known.iter().zip(made.iter()).all(|(set, other)| {
         let (ours, theirs) = (set.slots(), other.slots());
         ours.len() == theirs.len()
             && ours.iter().zip(theirs).all(|(ours, theirs)| {

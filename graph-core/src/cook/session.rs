@@ -1,10 +1,13 @@
 //! Sessions: what the last cook of a graph knew, so that the next one asks only what changed, and can say why.
 
+use super::cell::{Cell, CellId, State};
+use super::engine::Engine;
 use crate::files::{Fingerprint, Signature};
 use crate::store::{Action, Store};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 use wire::Digest;
 
 /// The state of a graph after a cook.
@@ -39,6 +42,25 @@ pub struct CellRecord {
     pub cooked: Option<(u64, Cause)>,
 }
 
+/// Why a cell was computed, as the engine keeps it: without words, which only few cells ever need.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Reason {
+    /// It was never computed before.
+    New,
+    /// Its key is as it was, but the store no longer holds its result.
+    Forgotten,
+    /// A part of its key that was not there before.
+    Added(String),
+    /// A part of its key that is no longer there.
+    Removed(String),
+    /// A part of its key that differs.
+    Changed(String),
+    /// Its input at this position differs, since the producer gave another result; none where only the connection differs.
+    Input(usize, Option<CellId>),
+    /// As an earlier process told it.
+    Told(Cause),
+}
+
 /// Why a cell was computed: the first part of its key that differed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cause {
@@ -60,6 +82,52 @@ impl Session {
     /// The session of the graph at `graph`; an empty one where there is none.
     pub fn load(store: &Store, graph: &Path) -> Self {
         store.session(&session_name(graph)).unwrap_or_default()
+    }
+}
+
+impl Engine {
+    /// Everything that is known now, with what earlier cooks knew of cells that this one did not touch.
+    pub(super) fn knowledge(&mut self) -> Session {
+        let paths: BTreeSet<&str> = self.plan.nodes.iter().map(|node| node.path.as_str()).collect();
+        let sound = |cell: &&Cell| !matches!(cell.state, State::Failed(_) | State::Waiting | State::Unknown);
+        let unfolded: BTreeSet<&str> =
+            self.cells.iter().filter(sound).map(|cell| self.plan.nodes[cell.plan].path.as_str()).collect();
+        // Records of cells that were not made, or not finished, this time.
+        let mut cells = std::mem::take(&mut self.session.cells);
+        cells.retain(|name, _| {
+            let path = name.split_once('@').map_or(name.as_str(), |(path, _)| path);
+            paths.contains(path) && !unfolded.contains(path)
+        });
+        for (id, cell) in self.cells.iter().enumerate() {
+            match (&cell.state, &cell.before) {
+                (State::Done(_), _) => drop(cells.insert(cell.name.clone(), self.record(id))),
+                (_, Some(before)) => drop(cells.insert(cell.name.clone(), CellRecord::clone(before))),
+                _ => {}
+            }
+        }
+        Session {
+            run: self.session.run,
+            time_s: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+            files: self.shared.files.all(),
+            published: self.published.clone(),
+            cells,
+        }
+    }
+
+    fn record(&self, id: CellId) -> CellRecord {
+        let cell = &self.cells[id];
+        let settings = cell.made.settings.iter().flat_map(|settings| &settings.parts);
+        let mut parts: Vec<_> = settings.map(|part| (part.label.clone(), short(&part.digest))).collect();
+        parts.extend(cell.made.file.iter().map(|file| ("file".to_owned(), short(file))));
+        parts.extend(cell.links.iter().zip(&cell.made.inputs).map(|(link, digest)| (link.label(), short(digest))));
+        CellRecord {
+            key: cell.made.key,
+            parts,
+            action: cell.action(),
+            block_keys: cell.made.block_keys.clone(),
+            frame_keys: cell.made.frame_keys.clone(),
+            cooked: cell.cooked.as_ref().map(|(run, reason)| (*run, self.cause(id, reason))),
+        }
     }
 }
 

@@ -134,6 +134,13 @@ impl Slot {
         blocks.filter(|block| lock(&self.blocks[*block]).is_none()).collect()
     }
 
+    /// Whether the value is in memory, or known to be in the store.
+    pub fn at_hand(&self) -> bool {
+        self.stored.load(Ordering::Relaxed) == STORED
+            || lock(&self.whole).is_some()
+            || self.blocks.iter().all(|block| lock(block).is_some())
+    }
+
     /// The encoding of a block from the store, verified.
     pub fn encoding(&self, store: &Store, block: usize) -> Result<Vec<u8>, Absent> {
         let mut pack = lock(&self.pack);

@@ -3,30 +3,33 @@
 //! A task first ensures that the values it needs are at hand: in memory or in the store. What is neither is remade by
 //! a task of its producer, which this one waits for. Then its jobs run, and their results are joined.
 
-use super::cell::{CellId, SlotSet, State, Wire};
+use super::cell::{CellId, Made, SlotSet, State, Wire};
+use super::engine::Engine;
 use super::event::Event;
 use super::job::{Job, JobInput};
-use super::key::{Frames, Part};
-use super::kitchen::{Counter, Kitchen};
+use super::key::Frames;
 use super::results::Message;
-use super::session::Cause;
+use super::session::Reason;
 use super::slot::{CookedBlock, Slot};
 use super::why::told;
 use crate::node::NodeError;
-use std::collections::{BTreeMap, BTreeSet};
+use crate::store::Action;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{Arc, Mutex};
 use wire::Digest;
 
 /// A cell in the making.
 pub(crate) struct Task {
-    /// Why it is cooked, and what its key is made of; `None` where a known value is only remade.
-    pub fresh: Option<(Vec<Part>, Cause)>,
+    /// What its key is made of, and why it is computed; `None` where a known value is only remade.
+    pub fresh: Option<(Made, Reason)>,
     /// How it is cut into blocks, for a cell that works per frame.
     pub frames: Option<Frames>,
     /// Blocks to compute; empty for a whole cell.
     pub blocks: BTreeSet<usize>,
     /// Blocks of the last cook that are still right: their position there.
     pub kept: BTreeMap<usize, usize>,
+    /// What the last cook knew of the cell, for its kept blocks.
+    pub last: Option<Last>,
     pub done: BTreeMap<usize, Vec<CookedBlock>>,
     pub seconds: f64,
     /// Tasks of producers that this one waits for.
@@ -37,74 +40,102 @@ pub(crate) struct Task {
     pub tries: usize,
 }
 
-impl<'a> Kitchen<'a> {
+/// What the last cook knew of a cell that works per frame.
+pub(crate) struct Last {
+    pub block_keys: Vec<Digest>,
+    pub frame_keys: Vec<Digest>,
+    pub action: Action,
+}
+
+impl Engine {
     /// Begins to compute a cell whose result is not known.
-    pub fn begin<'scope>(&mut self, id: CellId, parts: Vec<Part>, cause: Cause, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
-        if !self.prepared {
-            self.prepared = true;
-            if let Err(problem) = self.store.prepare() {
-                self.broken_store = Some(problem);
-                return;
-            }
+    pub(super) fn begin(&mut self, id: CellId, mut made: Made, reason: Reason) {
+        if !std::mem::replace(&mut self.prepared, true)
+            && let Err(problem) = self.shared.store.prepare()
+        {
+            self.broken = Some(problem.into());
+            return;
         }
         let frames = match self.frames(id).transpose() {
             Ok(frames) => frames.filter(|frames| frames.count > 0),
             Err(problem) => return self.fail(id, &problem),
         };
+        if frames.is_none() && self.costs.cheap(self.cells[id].plan) && !self.waits_for_values(id) {
+            return self.compute_here(id, made, reason);
+        }
         let mut task = Task::new(frames);
         if let Some(frames) = &task.frames {
-            let before = self.session.cells.get(&self.cells[id].name);
-            let old: BTreeMap<_, _> = before
-                .iter()
-                .flat_map(|before| before.block_keys.iter().enumerate().map(|(at, key)| (*key, at)))
-                .collect();
-            let mut frame_keys = if frames.halo > 0 { vec![Digest::default(); frames.blocks()] } else { Vec::new() };
+            task.last = self.last(id);
+            let last = task.last.as_ref();
+            let keys = last.map(|last| last.block_keys.as_slice()).unwrap_or_default();
+            let old: HashMap<_, _> = keys.iter().enumerate().map(|(at, key)| (*key, at)).collect();
+            let halo = frames.halo > 0;
+            made.frame_keys = if halo { vec![Digest::default(); frames.blocks()] } else { Vec::new() };
             for block in 0..frames.blocks() {
-                match old.get(&self.cells[id].block_keys[block]) {
+                match old.get(&made.block_keys[block]) {
                     Some(at) => {
                         task.kept.insert(block, *at);
-                        let known = before.and_then(|before| before.frame_keys.get(*at));
-                        frame_keys.iter_mut().skip(block).take(1).zip(known).for_each(|(key, known)| *key = *known);
+                        let known = last.and_then(|last| last.frame_keys.get(*at));
+                        made.frame_keys
+                            .iter_mut()
+                            .skip(block)
+                            .take(1)
+                            .zip(known)
+                            .for_each(|(key, known)| *key = *known);
                     }
                     None => drop(task.blocks.insert(block)),
                 }
             }
-            self.cells[id].frame_keys = frame_keys;
         }
-        task.fresh = Some((parts, cause));
-        self.cells[id].state = State::Cooking;
+        // Jobs and other cells see the key that is in the making.
+        task.fresh = Some((made, reason));
+        self.unsettle(id);
         self.tasks.insert(id, task);
-        self.ensure(id, counter);
+        self.ensure(id);
+    }
+
+    /// What is known of the cell's blocks, from this engine or an earlier process.
+    fn last(&self, id: CellId) -> Option<Last> {
+        let cell = &self.cells[id];
+        if matches!(cell.state, State::Done(_)) {
+            let (block_keys, frame_keys) = (cell.made.block_keys.clone(), cell.made.frame_keys.clone());
+            return Some(Last { block_keys, frame_keys, action: cell.action() });
+        }
+        let before = cell.before.as_ref()?;
+        let (block_keys, frame_keys) = (before.block_keys.clone(), before.frame_keys.clone());
+        Some(Last { block_keys, frame_keys, action: before.action.clone() })
+    }
+
+    /// Whether a value that a whole cell needs is neither in memory nor known to be in the store.
+    fn waits_for_values(&self, id: CellId) -> bool {
+        let wires = self.cells[id].links.iter().flat_map(|link| &link.wires);
+        wires.into_iter().any(|wire| match (self.standing(wire), &wire.item) {
+            (Some(SlotSet::One(slot)), _) => !slot.at_hand(),
+            (Some(SlotSet::List(items)), Some(item)) => items.get(item).is_none_or(|slot| !slot.at_hand()),
+            (Some(SlotSet::List(items)), None) => !items.values().all(|slot| slot.at_hand()),
+            (None, _) => true,
+        })
     }
 
     /// Remakes values of a finished cell that are needed and no longer there.
-    pub fn remake<'scope>(&mut self, id: CellId, blocks: BTreeSet<usize>, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    pub(super) fn remake(&mut self, id: CellId, blocks: BTreeSet<usize>) {
         let frames = self.frames(id).and_then(Result::ok).filter(|frames| frames.count > 0);
         let mut task = Task::new(frames);
         if task.frames.is_some() {
             task.blocks = blocks;
         }
         self.tasks.insert(id, task);
-        self.ensure(id, counter);
+        self.ensure(id);
     }
 
     /// Sees to it that everything a task needs is at hand, then starts its jobs. Works through a list, not by
     /// recursion, since chains of values that are not kept can be long.
-    pub fn ensure<'scope>(&mut self, id: CellId, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    pub(super) fn ensure(&mut self, id: CellId) {
         let mut open = vec![id];
         while let Some(id) = open.pop() {
             let absent = self.absent(id);
             if absent.is_empty() {
-                self.dispatch(id, counter);
+                self.dispatch(id);
                 continue;
             }
             for (producer, blocks) in absent {
@@ -132,7 +163,7 @@ impl<'a> Kitchen<'a> {
         let task = &self.tasks[&id];
         let mut absent: BTreeMap<CellId, BTreeSet<usize>> = BTreeMap::new();
         for link in &self.cells[id].links {
-            let sliced = task.frames.is_some() && link.port.kind.framed && !link.port.still;
+            let sliced = task.frames.is_some() && link.framed();
             for wire in &link.wires {
                 for slot in self.wire_slots(wire) {
                     let mut needed = BTreeSet::new();
@@ -144,7 +175,7 @@ impl<'a> Kitchen<'a> {
                         needed.extend(slot.blocks_of(None));
                     }
                     let (Some(first), Some(last)) = (needed.first(), needed.last()) else { continue };
-                    let missing = slot.absent(self.store, *first..*last + 1);
+                    let missing = slot.absent(&self.shared.store, *first..*last + 1);
                     let missing: BTreeSet<_> = missing.into_iter().filter(|block| needed.contains(block)).collect();
                     if !missing.is_empty() {
                         absent.entry(wire.cell).or_default().extend(missing);
@@ -156,8 +187,7 @@ impl<'a> Kitchen<'a> {
     }
 
     fn wire_slots(&self, wire: &Wire) -> Vec<Arc<Slot>> {
-        let set = self.cells[wire.cell].slots().and_then(|slots| slots.get(&wire.port));
-        match (set, &wire.item) {
+        match (self.standing(wire), &wire.item) {
             (Some(SlotSet::List(items)), Some(item)) => items.get(item).into_iter().cloned().collect(),
             (Some(set), _) => set.slots().into_iter().cloned().collect(),
             (None, _) => Vec::new(),
@@ -165,80 +195,59 @@ impl<'a> Kitchen<'a> {
     }
 
     /// Hands the jobs of a task to the pool.
-    fn dispatch<'scope>(&mut self, id: CellId, counter: &mut Counter<'_, 'scope>)
-    where
-        'a: 'scope,
-    {
+    fn dispatch(&mut self, id: CellId) {
         let blocks: Vec<usize> = {
             let task = &self.tasks[&id];
             task.blocks.iter().copied().filter(|block| !task.done.contains_key(block)).collect()
         };
-        let job = Arc::new(self.job(id, counter));
+        let job = Arc::new(self.job(id));
         let Some(task) = self.tasks.get_mut(&id) else { return };
         let Some(frames) = task.frames.clone() else {
             task.jobs += 1;
-            self.running += 1;
-            let sender = counter.sender.clone();
-            counter.scope.spawn(move |_| {
-                let _ = sender.send(Message::Whole { cell: id, result: job.whole() });
-            });
-            return;
+            return self.spawn(id, move |shared| Message::Whole { cell: id, result: job.whole(shared) });
         };
         if blocks.is_empty() {
-            return self.join(id, counter);
+            return self.join(id);
         }
-        let before = self.session.cells.get(&self.cells[id].name).filter(|_| task.fresh.is_some());
-        let before_keys = before.map(|before| before.frame_keys.as_slice()).unwrap_or_default();
-        let frames_halo = frames.halo > 0;
+        task.jobs += blocks.len();
+        let last = task.last.as_ref().filter(|_| task.fresh.is_some());
+        let before_keys = last.map(|last| last.frame_keys.clone()).unwrap_or_default();
+        let has_halo = frames.halo > 0;
         for block in blocks {
-            task.jobs += 1;
-            self.running += 1;
-            let (sender, job) = (counter.sender.clone(), Arc::clone(&job));
+            let job = Arc::clone(&job);
             let before = before_keys.get(block).copied();
             let (own, needed) = (frames.of_block(block), frames.with_halo(block));
-            counter.scope.spawn(move |_| {
-                let result = if job.cancel.load(std::sync::atomic::Ordering::Relaxed) {
+            self.spawn(id, move |shared| {
+                let result = if shared.cancel.load(std::sync::atomic::Ordering::Relaxed) {
                     Err(NodeError::Cancelled.into())
                 } else {
-                    job.block(&own, &needed, frames_halo, before)
+                    job.block(shared, &own, &needed, has_halo, before)
                 };
-                let _ = sender.send(Message::Block { cell: id, block, result });
+                Message::Block { cell: id, block, result }
             });
         }
     }
 
-    fn job<'scope>(&self, id: CellId, counter: &Counter<'_, 'scope>) -> Job<'scope>
-    where
-        'a: 'scope,
-    {
+    fn job(&self, id: CellId) -> Job {
         let cell = &self.cells[id];
         let inputs = cell.links.iter().map(|link| JobInput { port: link.port, slots: self.slots_of(link) }).collect();
-        let (tell, name) = (self.tell, cell.name.clone());
-        let started = self.tasks[&id].fresh.as_ref().map(|(_, cause)| Event::Started {
+        let task = &self.tasks[&id];
+        let started = task.fresh.as_ref().filter(|_| self.shared.tell.is_some()).map(|(_, reason)| Event::Started {
             node: cell.name.clone(),
             kind: self.kind(id),
-            because: told(cause),
-            blocks: self.tasks[&id].blocks.len(),
-        });
-        let progress = Box::new(move |fraction: f64, numbers: &[(&str, f64)]| {
-            let numbers = numbers.iter().map(|(name, number)| ((*name).to_owned(), *number)).collect();
-            tell(Event::Progress { node: name.clone(), fraction, numbers });
+            because: told(&self.cause(id, reason)),
+            blocks: task.blocks.len(),
         });
         Job {
             node: Arc::clone(&cell.node),
             card: Arc::clone(&cell.card),
+            name: cell.name.clone(),
             item: cell.item().to_owned(),
-            key: cell.key,
+            key: task.fresh.as_ref().map_or(cell.made.key, |(made, _)| made.key),
             base_key: cell.base_key,
             file: cell.file.clone(),
             inputs,
-            store: self.store,
-            files: counter.files,
-            cancel: self.cancel,
             started: Mutex::new(started),
-            tell,
-            progress,
-            block_frames: self.options.block_frames,
         }
     }
 }
@@ -250,6 +259,7 @@ impl Task {
             frames,
             blocks: BTreeSet::new(),
             kept: BTreeMap::new(),
+            last: None,
             done: BTreeMap::new(),
             seconds: 0.0,
             waits: 0,

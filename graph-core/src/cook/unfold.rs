@@ -1,17 +1,19 @@
 //! Unfolds plan nodes into cells as soon as the items they repeat over are known.
 
-use super::cell::{Cell, Link, SlotSet, State, cell_name, combinations, file_items, outer_items, wires};
+use super::cell::{
+    Cell, Link, Made, Settings, SlotSet, State, cell_name, combinations, file_items, outer_items, wires,
+};
+use super::engine::Engine;
 use super::event::Event;
-use super::kitchen::Kitchen;
 use crate::document::Spanned;
 use crate::plan::{PlanNode, make};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::Digest;
 
-impl Kitchen<'_> {
+impl Engine {
     /// Makes all cells that can be made now.
-    pub fn unfold(&mut self) {
+    pub(super) fn unfold(&mut self) {
         let before = self.cells.len();
         let mut folded = Vec::new();
         for index in std::mem::take(&mut self.folded) {
@@ -21,11 +23,11 @@ impl Kitchen<'_> {
             }
             if let Some(cause) = self.lost(index) {
                 self.summary.skipped += 1;
-                (self.tell)(Event::Skipped { node: self.plan.nodes[index].path.clone(), because: cause });
+                self.tell(|| Event::Skipped { node: self.plan.nodes[index].path.clone(), because: cause });
                 continue;
             }
             self.learn_files(index);
-            match combinations(self.plan, &self.plan.nodes[index].scope, &self.known_items) {
+            match combinations(&self.plan, &self.plan.nodes[index].scope, &self.known_items) {
                 None => folded.push(index),
                 Some(all) => {
                     for items in all {
@@ -36,7 +38,7 @@ impl Kitchen<'_> {
         }
         self.folded = folded;
         if self.cells.len() > before {
-            (self.tell)(Event::Planned { cells: self.cells.len() });
+            self.tell(|| Event::Planned { cells: self.cells.len() });
         }
     }
 
@@ -65,9 +67,9 @@ impl Kitchen<'_> {
             return;
         }
         let outer = &node.scope[..node.scope.len() - 1];
-        let Some(all) = combinations(self.plan, outer, &self.known_items) else { return };
+        let Some(all) = combinations(&self.plan, outer, &self.known_items) else { return };
         for items in all {
-            let key = (origin, outer_items(self.plan, origin, outer, &items));
+            let key = (origin, outer_items(&self.plan, origin, outer, &items));
             let pattern = match self.remade(node, &items) {
                 Ok(Some(made)) => made.reads,
                 Ok(None) => node.reads.clone(),
@@ -75,13 +77,13 @@ impl Kitchen<'_> {
             };
             let found = pattern.as_ref().map_or(Ok(BTreeMap::new()), file_items);
             let found = found.unwrap_or_else(|problem| {
-                (self.tell)(Event::Notice { about: node.path.clone(), message: problem });
+                self.tell(|| Event::Notice { about: node.path.clone(), message: problem });
                 BTreeMap::new()
             });
             if found.is_empty() {
                 let path = pattern.map_or_else(String::new, |pattern| pattern.path().display().to_string());
                 let message = format!("no file matches {path}, so there is nothing to cook for it");
-                (self.tell)(Event::Notice { about: node.path.clone(), message });
+                self.tell(|| Event::Notice { about: node.path.clone(), message });
             }
             self.known_items.insert(key, found);
         }
@@ -94,32 +96,49 @@ impl Kitchen<'_> {
         let span = template.entry().name_span;
         let kind = Spanned { value: node.kind.clone(), span };
         let (made, mistakes) =
-            make(&template.graph, &template.name, &kind, &template.scope, Some(item), self.overrides, &node.path);
+            make(&template.graph, &template.name, &kind, &template.scope, Some(item), &self.overrides, &node.path);
         made.map(Some).ok_or_else(|| mistakes.first().map_or_else(String::new, |mistake| mistake.message.clone()))
     }
 
     fn make_cell(&mut self, index: usize, items: Vec<String>) {
         let node = &self.plan.nodes[index];
+        let name = cell_name(&node.path, &items);
+        let made = self.remade(node, &items);
+        let settings = match &made {
+            Ok(Some(made)) => Arc::new(Settings::of(made.node.as_ref(), &made.card)),
+            _ => Arc::clone(
+                self.settings.entry(index).or_insert_with(|| Arc::new(Settings::of(node.node.as_ref(), &node.card))),
+            ),
+        };
         let mut cell = Cell {
             plan: index,
-            name: cell_name(&node.path, &items),
+            before: self.session.cells.remove(&name).map(Box::new),
+            name,
             node: Arc::clone(&node.node),
             card: Arc::clone(&node.card),
+            settings,
             file: node.reads.as_ref().map(|pattern| pattern.path().to_owned()),
             writes: node.writes.clone(),
-            links: Vec::new(),
+            links: Vec::with_capacity(node.inputs.len()),
             broken: None,
+            producers: Vec::new(),
             consumers: Vec::new(),
             pending: 0,
+            settled: false,
+            dirty: true,
+            queued: false,
             state: State::Waiting,
-            key: Digest::default(),
-            block_keys: Vec::new(),
+            made: Made::default(),
             base_key: Digest::default(),
-            frame_keys: Vec::new(),
+            cooked: None,
+            changed_run: 0,
+            seconds: 0.0,
+            reads: Vec::new(),
+            again_s: 0.0,
             open_consumers: 0,
             items,
         };
-        match self.remade(node, &cell.items) {
+        match made {
             Ok(None) => {}
             Ok(Some(made)) => {
                 (cell.node, cell.card) = (made.node, made.card);
@@ -133,7 +152,7 @@ impl Kitchen<'_> {
             && self.plan.origins[*origin].port.is_none()
         {
             let depth = cell.items.len() - 1;
-            let outer = outer_items(self.plan, *origin, &node.scope[..depth], &cell.items[..depth]);
+            let outer = outer_items(&self.plan, *origin, &node.scope[..depth], &cell.items[..depth]);
             let file = self.known_items.get(&(*origin, outer)).and_then(|files| files.get(&cell.items[depth]));
             cell.file = file.cloned().flatten();
         }
@@ -141,7 +160,7 @@ impl Kitchen<'_> {
             let mut link = Link { port: input.port, wires: Vec::new() };
             let gathers = input.port.list.then_some(input.sources.len() > 1);
             for source in &input.sources {
-                match wires(self.plan, &self.directory, (index, &cell.items), source, gathers) {
+                match wires(&self.plan, &self.directory, (index, &cell.items), source, gathers) {
                     Ok(found) => link.wires.extend(found),
                     Err(problem) => cell.broken = Some(format!("input `{}`: {problem}", input.port.name)),
                 }
@@ -151,44 +170,52 @@ impl Kitchen<'_> {
             }
         }
         let id = self.cells.len();
+        let mut producers: Vec<_> = cell.links.iter().flat_map(|link| &link.wires).map(|wire| wire.cell).collect();
+        producers.sort_unstable();
+        producers.dedup();
+        for producer in &producers {
+            let producer = &mut self.cells[*producer];
+            producer.consumers.push(id);
+            producer.open_consumers += 1;
+            cell.pending += usize::from(!producer.settled);
+        }
+        cell.producers = producers;
+        let (items, pending) = (cell.items.clone(), cell.pending);
         self.cells.push(cell);
-        for producer in self.producers(id) {
-            self.cells[producer].consumers.push(id);
-            if !matches!(self.cells[producer].state, State::Done(_) | State::Failed(_) | State::Unknown) {
-                self.cells[id].pending += 1;
-            }
-            self.cells[producer].open_consumers += 1;
+        self.of_plan[index].push(id);
+        self.directory.insert((index, items), id);
+        if pending == 0 {
+            self.mark(id);
         }
-        if self.cells[id].pending == 0 {
-            self.ready.insert(id);
-        }
-        let key = (index, self.cells[id].items.clone());
-        self.directory.insert(key, id);
     }
 
     /// Takes the items of a finished cell's list outputs, where nodes repeat over them.
-    pub fn learn_items(&mut self, id: usize) {
+    pub(super) fn learn_items(&mut self, id: usize) {
         let cell = &self.cells[id];
+        let Some(origins) = self.list_origins.get(&cell.plan) else { return };
         let mut learned = false;
-        for (origin, list) in self.plan.origins.iter().enumerate() {
-            let (true, Some(port)) = (list.node == cell.plan, &list.port) else { continue };
+        for origin in origins {
+            let Some(port) = &self.plan.origins[*origin].port else { continue };
+            let key = (*origin, cell.items.clone());
             match &cell.state {
-                State::Done(slots) => {
-                    let Some(SlotSet::List(items)) = slots.get(port) else { continue };
+                State::Done(_) => {
+                    let Some((_, SlotSet::List(items))) = cell.outputs().find(|(name, _)| name == port) else {
+                        continue;
+                    };
                     let names = items.keys().map(|name| (name.clone(), None)).collect();
-                    self.known_items.insert((origin, cell.items.clone()), names);
+                    self.known_items.insert(key, names);
                 }
                 State::Failed(cause) => {
-                    self.lost_lists.insert(origin, cause.clone());
+                    self.lost_lists.insert(*origin, cause.clone());
                 }
                 State::Unknown => {
                     // A plan goes on with the items that the last cook saw.
-                    let record = self.session.cells.get(&cell.name).and_then(|cell| cell.action.outputs.get(port));
+                    let record = cell.before.as_ref().and_then(|before| before.action.outputs.get(port));
                     let names = record.iter().flat_map(|record| record.values());
                     let names = names.map(|(name, _)| (name.to_owned(), None)).collect();
-                    self.known_items.insert((origin, cell.items.clone()), names);
+                    self.known_items.insert(key, names);
                 }
-                State::Waiting | State::Cooking => continue,
+                State::Waiting => continue,
             }
             learned = true;
         }

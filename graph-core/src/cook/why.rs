@@ -1,35 +1,58 @@
 //! Why a cell is cooked: compares what its key is made of with what it was made of before.
 
+use super::cell::{Link, Settings};
 use super::key::Part;
-use super::session::{Cause, CellRecord, short};
+use super::session::{Cause, CellRecord, Reason, short};
+use wire::Digest;
 
-/// The first difference between the parts of a key and those of the cook before.
-pub(crate) enum Difference {
-    /// The cell was never cooked before.
-    New,
-    /// A part that was not there before.
-    Added(String),
-    /// A part that is no longer there.
-    Removed(String),
-    /// A part that differs.
-    Changed(String),
-    /// Nothing differs, but the store no longer knows the result.
-    Forgotten,
+/// What a key is made of now; inputs that are not known yet count as equal.
+pub(crate) struct Now<'a> {
+    pub settings: &'a Settings,
+    pub file: Option<Digest>,
+    pub links: &'a [Link],
+    pub inputs: Vec<Option<Digest>>,
 }
 
-/// Compares the parts in their order: version, parameters, file, inputs. Parts that are `unknown` as yet count as equal.
-pub(crate) fn difference(before: Option<&CellRecord>, now: &[Part], unknown: &[String]) -> Difference {
-    let Some(before) = before else { return Difference::New };
-    for part in now {
-        match before.parts.iter().find(|(label, _)| *label == part.label) {
-            None => return Difference::Added(part.label.clone()),
-            Some((_, digest)) if *digest != short(&part.digest) => return Difference::Changed(part.label.clone()),
+/// The first part that differs from those of an earlier process, in their order: version, parameters, file, inputs.
+pub(crate) fn difference(before: Option<&CellRecord>, now: &Now<'_>) -> Reason {
+    let Some(before) = before else { return Reason::New };
+    let was = |label: &str| before.parts.iter().find(|(known, _)| known == label).map(|(_, digest)| *digest);
+    let own = now.settings.parts.iter().map(|part| (part.label.clone(), part.digest));
+    for (label, digest) in own.chain(now.file.map(|file| ("file".to_owned(), file))) {
+        match was(&label) {
+            None => return Reason::Added(label),
+            Some(known) if known != short(&digest) => return Reason::Changed(label),
             Some(_) => {}
         }
     }
-    let gone = |label: &String| now.iter().all(|part| part.label != *label) && !unknown.contains(label);
-    let removed = before.parts.iter().find(|(label, _)| gone(label));
-    removed.map_or(Difference::Forgotten, |(label, _)| Difference::Removed(label.clone()))
+    for (index, (link, digest)) in now.links.iter().zip(&now.inputs).enumerate() {
+        let label = link.label();
+        match (was(&label), digest) {
+            (None, _) => return Reason::Added(label),
+            (Some(known), Some(digest)) if known != short(digest) => return Reason::Input(index, None),
+            _ => {}
+        }
+    }
+    let stands = |label: &String| {
+        now.settings.parts.iter().any(|part| part.label == *label)
+            || (label == "file" && now.file.is_some())
+            || now.links.iter().any(|link| link.label() == *label)
+    };
+    let removed = before.parts.iter().find(|(label, _)| !stands(label));
+    removed.map_or(Reason::Forgotten, |(label, _)| Reason::Removed(label.clone()))
+}
+
+/// The first part of a cell's own settings that differs.
+pub(crate) fn settings_difference(before: &[Part], now: &[Part]) -> Option<Reason> {
+    for part in now {
+        match before.iter().find(|known| known.label == part.label) {
+            None => return Some(Reason::Added(part.label.clone())),
+            Some(known) if known.digest != part.digest => return Some(Reason::Changed(part.label.clone())),
+            Some(_) => {}
+        }
+    }
+    let removed = before.iter().find(|known| now.iter().all(|part| part.label != known.label));
+    removed.map(|part| Reason::Removed(part.label.clone()))
 }
 
 /// Tells the story of a cell from its session: what differed, and what that came from, up to its first cause.

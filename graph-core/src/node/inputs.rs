@@ -1,6 +1,7 @@
 //! The values a node computes from, and those it gives back.
 
 use super::{NodeError, Port};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::{Data, Value};
@@ -17,13 +18,26 @@ pub enum PortValue {
 /// The values on a node's inputs.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
-    ports: BTreeMap<String, PortValue>,
+    ports: Vec<(Cow<'static, str>, PortValue)>,
+}
+
+/// What stands on the port `name`.
+fn on<'a>(ports: &'a [(Cow<'static, str>, PortValue)], name: &str) -> Option<&'a PortValue> {
+    ports.iter().find(|(port, _)| port == name).map(|(_, value)| value)
+}
+
+/// Puts a value on a port, in place of what stood there.
+fn put(ports: &mut Vec<(Cow<'static, str>, PortValue)>, name: Cow<'static, str>, value: PortValue) {
+    match ports.iter_mut().find(|(port, _)| *port == name) {
+        Some((_, place)) => *place = value,
+        None => ports.push((name, value)),
+    }
 }
 
 impl Inputs {
     /// Puts a value on the port `name` (the engine and tests do).
-    pub fn set(&mut self, name: &str, value: PortValue) {
-        self.ports.insert(name.to_owned(), value);
+    pub fn set(&mut self, name: impl Into<Cow<'static, str>>, value: PortValue) {
+        put(&mut self.ports, name.into(), value);
     }
 
     /// The same inputs with `value` on `port`, for tests.
@@ -54,7 +68,7 @@ impl Inputs {
     /// # Errors
     /// Where what is connected is of another type.
     pub fn may_get<T: Data>(&self, port: &Port<T>) -> Result<Option<&T>, NodeError> {
-        match self.ports.get(port.name()) {
+        match on(&self.ports, port.name()) {
             None => Ok(None),
             Some(PortValue::One(value)) => typed(port, value).map(Some),
             Some(PortValue::List(_)) => Err(NodeError::input(port.name(), "a list stands where one value belongs")),
@@ -66,7 +80,7 @@ impl Inputs {
     /// # Errors
     /// Where an item is of another type.
     pub fn items<T: Data>(&self, port: &Port<T>) -> Result<Vec<(&str, &T)>, NodeError> {
-        match self.ports.get(port.name()) {
+        match on(&self.ports, port.name()) {
             None => Ok(Vec::new()),
             Some(PortValue::One(value)) => Ok(vec![("", typed(port, value)?)]),
             Some(PortValue::List(items)) => {
@@ -77,7 +91,7 @@ impl Inputs {
 
     /// All ports that something stands on.
     pub fn ports(&self) -> impl Iterator<Item = (&str, &PortValue)> {
-        self.ports.iter().map(|(name, value)| (name.as_str(), value))
+        self.ports.iter().map(|(name, value)| (name.as_ref(), value))
     }
 }
 
@@ -90,14 +104,14 @@ fn typed<'a, T: Data>(port: &Port<T>, value: &'a Arc<dyn Value>) -> Result<&'a T
 /// The values on a node's outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Outputs {
-    ports: BTreeMap<String, PortValue>,
+    ports: Vec<(Cow<'static, str>, PortValue)>,
 }
 
 impl Outputs {
     /// The same outputs with `value` on `port`.
     #[must_use]
     pub fn with<T: Data>(mut self, port: &Port<T>, value: T) -> Self {
-        self.ports.insert(port.name().to_owned(), PortValue::One(Arc::new(value)));
+        put(&mut self.ports, port.name().into(), PortValue::One(Arc::new(value)));
         self
     }
 
@@ -105,20 +119,20 @@ impl Outputs {
     #[must_use]
     pub fn with_list<T: Data>(mut self, port: &Port<T>, values: impl IntoIterator<Item = (String, T)>) -> Self {
         let items = values.into_iter().map(|(name, value)| (name, Arc::new(value) as Arc<dyn Value>)).collect();
-        self.ports.insert(port.name().to_owned(), PortValue::List(items));
+        put(&mut self.ports, port.name().into(), PortValue::List(items));
         self
     }
 
     /// The same outputs with an untyped `value` on the port `name` (plugins give these).
     #[must_use]
-    pub fn with_any(mut self, name: &str, value: PortValue) -> Self {
-        self.ports.insert(name.to_owned(), value);
+    pub fn with_any(mut self, name: impl Into<Cow<'static, str>>, value: PortValue) -> Self {
+        put(&mut self.ports, name.into(), value);
         self
     }
 
     /// The value on `port`, for tests.
     pub fn get<T: Data>(&self, port: &Port<T>) -> Option<&T> {
-        match self.ports.get(port.name())? {
+        match on(&self.ports, port.name())? {
             PortValue::One(value) => value.downcast_ref(),
             PortValue::List(_) => None,
         }
@@ -126,7 +140,7 @@ impl Outputs {
 
     /// The items on the list `port`, for tests.
     pub fn items<T: Data>(&self, port: &Port<T>) -> Vec<(&str, &T)> {
-        match self.ports.get(port.name()) {
+        match on(&self.ports, port.name()) {
             Some(PortValue::List(items)) => {
                 items.iter().filter_map(|(name, value)| Some((name.as_str(), value.downcast_ref()?))).collect()
             }
@@ -136,6 +150,7 @@ impl Outputs {
 
     /// Takes what stands on the port `name`.
     pub fn take(&mut self, name: &str) -> Option<PortValue> {
-        self.ports.remove(name)
+        let at = self.ports.iter().position(|(port, _)| port == name)?;
+        Some(self.ports.swap_remove(at).1)
     }
 }

@@ -204,7 +204,7 @@ fn a_copied_project_recooks_nothing() {
     let copy = tempfile::tempdir().unwrap();
     let status = std::process::Command::new("cp").arg("-r").arg(project.path(".")).arg(copy.path()).status().unwrap();
     assert!(status.success());
-    let store = graph_core::store::Store::at(&copy.path().join("store"));
+    let store = std::sync::Arc::new(graph_core::store::Store::at(&copy.path().join("store")));
     let cooked = crate::world::cook_at(&copy.path().join("graph.ron"), &store, &project.options, &[]);
     assert_eq!(cooked.summary.cooked, 0, "{:?}", cooked.names());
 }

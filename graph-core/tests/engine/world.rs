@@ -269,8 +269,8 @@ impl Project {
         std::fs::read_to_string(self.path(name)).unwrap()
     }
 
-    pub fn store(&self) -> Store {
-        Store::at(&self.path("store"))
+    pub fn store(&self) -> Arc<Store> {
+        Arc::new(Store::at(&self.path("store")))
     }
 
     pub fn cook(&self) -> Cooked {
@@ -282,12 +282,12 @@ impl Project {
     }
 }
 
-pub fn cook_at(graph: &Path, store: &Store, options: &Options, set: &[&str]) -> Cooked {
+pub fn cook_at(graph: &Path, store: &Arc<Store>, options: &Options, set: &[&str]) -> Cooked {
     let overrides: Vec<Override> = set.iter().map(|text| Override::parse(text).unwrap()).collect();
     let plan = load(graph, &overrides).unwrap_or_else(|mistakes| panic!("{mistakes:#?}"));
     let events = Mutex::new(Vec::new());
-    let cancel = AtomicBool::new(false);
+    let cancel = Arc::new(AtomicBool::new(false));
     let tell = |event| events.lock().unwrap().push(event);
-    let summary = cook(&plan, &overrides, store, options, &cancel, &tell).unwrap();
+    let summary = cook(plan, &overrides, Arc::clone(store), options, cancel, &tell).unwrap();
     Cooked { events: events.into_inner().unwrap(), summary }
 }

@@ -1,0 +1,436 @@
+//! The engine: a plan in memory, cooked as often as something changes. One thread coordinates; computations that take time
+//! run on a pool.
+//!
+//! What changed is pushed, not searched for: a dirty cell is looked at, and only where its result differs do the cells behind
+//! it become dirty. Cells are looked at in the order of the plan. While a cell is in the making, everything that depends on
+//! it is unsettled and waits; when it is done, what it did not change settles unseen.
+
+use super::cell::{Cell, CellId, Directory, KnownItems, Settings};
+use super::cost::Costs;
+use super::event::{Event, Summary};
+use super::results::Message;
+use super::session::{Session, session_name};
+use super::shared::Shared;
+use super::tasks::Task;
+use crate::document::{Diagnostic, Override};
+use crate::files::{Fingerprints, Signature};
+use crate::node::Node;
+use crate::plan::{OriginId, Plan};
+use crate::store::{Store, StoreError};
+use rayon::ThreadPool;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+use wire::Digest;
+
+/// Takes what a cook tells.
+pub type Tell = dyn Fn(Event) + Send + Sync;
+
+/// How to cook.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Threads; 0 means one for each core.
+    pub jobs: usize,
+    /// Frames in a block.
+    pub block_frames: usize,
+    /// Only these nodes and what they need; empty means all.
+    pub only: Vec<String>,
+    /// Only say what would be cooked.
+    pub dry: bool,
+    /// Whether values stay in memory after a cook, for the next one of the same engine.
+    pub resident: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { jobs: 0, block_frames: super::BLOCK_FRAMES, only: Vec::new(), dry: false, resident: false }
+    }
+}
+
+/// Why a cook could not run at all. Failures of nodes are no such error: they are told as events.
+#[derive(Debug, thiserror::Error)]
+pub enum CookError {
+    /// `only` names something that is not in the graph.
+    #[error("{}", .0.message)]
+    UnknownNode(Box<Diagnostic>),
+    /// The store failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The threads could not be started.
+    #[error("the pool of threads could not be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// Why a node in memory could not be exchanged.
+#[derive(Debug, thiserror::Error)]
+pub enum EditError {
+    /// There is no such node.
+    #[error("{}", .0.message)]
+    UnknownNode(Box<Diagnostic>),
+    /// The new node has other ports, files or use of time, so the graph has to be planned anew.
+    #[error("`{0}` would have other ports or files; load the graph again")]
+    OtherCard(String),
+}
+
+/// Brings every cell of `plan` up to date once, or tells what would be cooked.
+///
+/// Nodes that fail are told by events and counted in the summary; branches that do not need them go on.
+///
+/// # Errors
+/// Where the cook could not run: an unknown name in `only`, a store that cannot be written.
+pub fn cook(
+    plan: Plan,
+    overrides: &[Override],
+    store: Arc<Store>,
+    options: &Options,
+    cancel: Arc<AtomicBool>,
+    tell: &(dyn Fn(Event) + Sync),
+) -> Result<Summary, CookError> {
+    let (sender, events) = channel();
+    std::thread::scope(|scope| {
+        // Events are told on a thread of their own, in their order: who listens slowly does not slow the cook.
+        scope.spawn(move || events.into_iter().for_each(tell));
+        let tell: Arc<Tell> = Arc::new(move |event| drop(sender.send(event)));
+        let mut engine = Engine::new(plan, overrides, store, options.clone(), cancel, Some(tell))?;
+        let summary = engine.cook()?;
+        engine.remember()?;
+        engine.tell(|| Event::Summary(summary.clone()));
+        Ok(summary)
+    })
+}
+
+/// A plan in memory, with everything that is known of its cells.
+pub struct Engine {
+    pub(super) plan: Plan,
+    pub(super) overrides: Vec<Override>,
+    pub(super) options: Options,
+    pub(super) shared: Arc<Shared>,
+    receiver: Receiver<Message>,
+    pool: Option<ThreadPool>,
+    /// What the last cook of an earlier process knew; records move from here into cells.
+    pub(super) session: Session,
+    pub(super) published: BTreeMap<PathBuf, (Signature, Digest)>,
+    pub(super) cells: Vec<Cell>,
+    /// The cells of each plan node.
+    pub(super) of_plan: Vec<Vec<CellId>>,
+    pub(super) directory: Directory,
+    pub(super) known_items: KnownItems,
+    /// Plan nodes whose cells are not made yet, in their order.
+    pub(super) folded: Vec<usize>,
+    /// Lists whose items will never be known, with the cell that failed.
+    pub(super) lost_lists: BTreeMap<OriginId, String>,
+    /// The list outputs of plan nodes over which others repeat.
+    pub(super) list_origins: HashMap<usize, Vec<OriginId>>,
+    /// Settings by plan node, where no item enters them.
+    pub(super) settings: HashMap<usize, Arc<Settings>>,
+    /// Plan nodes by their path, made when it is first needed.
+    paths: HashMap<String, usize>,
+    /// Dirty cells to be looked at, in the order of the plan.
+    pub(super) ready: BinaryHeap<Reverse<(usize, CellId)>>,
+    pub(super) failed: BTreeSet<CellId>,
+    pub(super) tasks: HashMap<CellId, Task>,
+    pub(super) running: usize,
+    pub(super) costs: Costs,
+    /// Memory for encodings that are only hashed.
+    pub(super) scratch: Vec<u8>,
+    pub(super) summary: Summary,
+    /// Why this cook cannot go on at all.
+    pub(super) broken: Option<CookError>,
+    /// Whether the store is known to take files.
+    pub(super) prepared: bool,
+}
+
+impl Engine {
+    /// An engine over `plan`, which starts from what the store's session of this graph knows.
+    ///
+    /// # Errors
+    /// Where `options.only` names something that is not in the graph.
+    pub fn new(
+        plan: Plan,
+        overrides: &[Override],
+        store: Arc<Store>,
+        options: Options,
+        cancel: Arc<AtomicBool>,
+        tell: Option<Arc<Tell>>,
+    ) -> Result<Self, CookError> {
+        let mut wanted = Vec::new();
+        for name in &options.only {
+            let found = plan.find(name);
+            if found.is_empty() {
+                return Err(CookError::UnknownNode(Box::new(plan.unknown_node(name))));
+            }
+            wanted.extend(found);
+        }
+        let marked = plan.with_ancestors(&wanted);
+        let folded = (0..plan.nodes.len()).filter(|node| wanted.is_empty() || marked[*node]).collect();
+        let mut session = Session::load(&store, &plan.root().path);
+        let files = Fingerprints::new(std::mem::take(&mut session.files));
+        let mut list_origins: HashMap<usize, Vec<OriginId>> = HashMap::new();
+        for (index, origin) in plan.origins.iter().enumerate().filter(|(_, origin)| origin.port.is_some()) {
+            list_origins.entry(origin.node).or_default().push(index);
+        }
+        let (sender, receiver) = channel();
+        let shared = Shared { store, files, cancel, tell, block_frames: options.block_frames, sender };
+        Ok(Self {
+            of_plan: vec![Vec::new(); plan.nodes.len()],
+            overrides: overrides.to_vec(),
+            shared: Arc::new(shared),
+            receiver,
+            pool: None,
+            published: std::mem::take(&mut session.published),
+            session,
+            cells: Vec::new(),
+            directory: Directory::new(),
+            known_items: KnownItems::new(),
+            folded,
+            lost_lists: BTreeMap::new(),
+            list_origins,
+            settings: HashMap::new(),
+            paths: HashMap::new(),
+            ready: BinaryHeap::new(),
+            failed: BTreeSet::new(),
+            tasks: HashMap::new(),
+            running: 0,
+            costs: Costs::of(&plan),
+            scratch: Vec::new(),
+            summary: Summary::default(),
+            broken: None,
+            prepared: false,
+            plan,
+            options,
+        })
+    }
+
+    /// Brings every cell that something changed for up to date. What failed before is tried again.
+    ///
+    /// # Errors
+    /// Where the store cannot be written or threads cannot be started.
+    pub fn cook(&mut self) -> Result<Summary, CookError> {
+        let start = Instant::now();
+        self.summary = Summary::default();
+        self.session.run += 1;
+        // What a cancelled cook left in the making begins anew.
+        for (id, task) in std::mem::take(&mut self.tasks) {
+            if task.fresh.is_some() {
+                self.mark(id);
+            }
+        }
+        for id in std::mem::take(&mut self.failed) {
+            self.mark(id);
+        }
+        if !self.folded.is_empty() {
+            self.unfold();
+        }
+        self.run();
+        if let Some(problem) = self.broken.take() {
+            return Err(problem);
+        }
+        self.summary.cancelled = self.cancelled();
+        self.summary.cached = if self.summary.cancelled {
+            let done = self.cells.iter().filter(|cell| cell.settled && !cell.dirty && cell.slots().is_some());
+            done.count().saturating_sub(self.summary.cooked)
+        } else {
+            let others = self.summary.cooked + self.summary.failed + self.summary.skipped;
+            self.cells.len().saturating_sub(others)
+        };
+        self.summary.seconds = start.elapsed().as_secs_f64();
+        Ok(self.summary.clone())
+    }
+
+    /// Works until nothing is ready and nothing runs.
+    fn run(&mut self) {
+        loop {
+            while let Some(Reverse((_, id))) = self.ready.pop() {
+                self.cells[id].queued = false;
+                if self.cancelled() || self.broken.is_some() {
+                    self.mark_later(id);
+                    break;
+                }
+                if self.cells[id].pending == 0 && self.cells[id].dirty {
+                    self.evaluate(id);
+                }
+            }
+            if self.running == 0 {
+                return;
+            }
+            if let Ok(message) = self.receiver.recv_timeout(Duration::from_millis(100)) {
+                self.running -= 1;
+                self.receive(message);
+            }
+        }
+    }
+
+    /// Says that something that a cell depends on changed.
+    pub(super) fn mark(&mut self, id: CellId) {
+        self.cells[id].dirty = true;
+        if self.cells[id].pending == 0 {
+            self.mark_later(id);
+        }
+    }
+
+    /// Puts a dirty cell into the order in which cells are looked at.
+    fn mark_later(&mut self, id: CellId) {
+        let cell = &mut self.cells[id];
+        if !std::mem::replace(&mut cell.queued, true) {
+            self.ready.push(Reverse((cell.plan, id)));
+        }
+    }
+
+    /// A cell has its result; `changed` says whether it differs from what its consumers saw.
+    pub(super) fn settle(&mut self, id: CellId, changed: bool) {
+        let mut open = vec![(id, changed)];
+        while let Some((id, changed)) = open.pop() {
+            let was_settled = std::mem::replace(&mut self.cells[id].settled, true);
+            if was_settled && !changed {
+                continue;
+            }
+            for index in 0..self.cells[id].consumers.len() {
+                let consumer = self.cells[id].consumers[index];
+                let cell = &mut self.cells[consumer];
+                cell.pending -= usize::from(!was_settled);
+                cell.dirty |= changed;
+                if cell.pending > 0 {
+                } else if cell.dirty {
+                    self.mark_later(consumer);
+                } else if !cell.settled {
+                    open.push((consumer, false));
+                }
+            }
+            if !was_settled {
+                self.count_consumer(id, -1);
+            }
+            self.let_go(id);
+        }
+    }
+
+    /// A cell is in the making, so everything behind it waits.
+    pub(super) fn unsettle(&mut self, id: CellId) {
+        let mut open = vec![id];
+        while let Some(id) = open.pop() {
+            if !std::mem::replace(&mut self.cells[id].settled, false) {
+                continue;
+            }
+            self.count_consumer(id, 1);
+            for index in 0..self.cells[id].consumers.len() {
+                let consumer = self.cells[id].consumers[index];
+                self.cells[consumer].pending += 1;
+                if self.cells[consumer].settled {
+                    open.push(consumer);
+                }
+            }
+        }
+    }
+
+    /// Tells the producers of a cell whether one more of their consumers is not settled.
+    fn count_consumer(&mut self, id: CellId, by: isize) {
+        for index in 0..self.cells[id].producers.len() {
+            let producer = self.cells[id].producers[index];
+            let open = &mut self.cells[producer].open_consumers;
+            *open = open.saturating_add_signed(by);
+            if *open == 0 {
+                self.let_go(producer);
+            }
+        }
+    }
+
+    /// Releases the memory of a cell that nothing will ask any more in this cook.
+    pub(super) fn let_go(&mut self, id: CellId) {
+        let cell = &self.cells[id];
+        if self.options.resident || cell.open_consumers > 0 || self.tasks.contains_key(&id) {
+            return;
+        }
+        let waited_for = self.folded.iter().any(|node| {
+            self.plan.nodes[*node].inputs.iter().flat_map(|input| &input.sources).any(|source| source.node == cell.plan)
+        });
+        if !waited_for {
+            let sets = cell.slots().into_iter().flat_map(|slots| slots.iter());
+            sets.flat_map(super::cell::SlotSet::slots).for_each(|slot| slot.release());
+        }
+    }
+
+    /// Puts `node` in the place of the one at `path`, of the same kind with other parameters. What depends on them is dirty.
+    ///
+    /// # Errors
+    /// Where there is no such node, or the new one has other ports, files or use of time.
+    pub fn exchange(&mut self, path: &str, node: Arc<dyn Node>) -> Result<(), EditError> {
+        if self.paths.is_empty() {
+            self.paths = self.plan.nodes.iter().enumerate().map(|(at, node)| (node.path.clone(), at)).collect();
+        }
+        let Some(at) = self.paths.get(path).copied() else {
+            return Err(EditError::UnknownNode(Box::new(self.plan.unknown_node(path))));
+        };
+        let card = node.card();
+        let standing = &mut self.plan.nodes[at];
+        let same = *standing.card == card && card.reads.is_none() && card.writes.is_none();
+        if !same || standing.node.typetag_name() != node.typetag_name() || standing.template.mentions_item {
+            return Err(EditError::OtherCard(path.to_owned()));
+        }
+        standing.node = Arc::clone(&node);
+        let settings = Arc::new(Settings::of(node.as_ref(), &standing.card));
+        self.settings.insert(at, Arc::clone(&settings));
+        for index in 0..self.of_plan[at].len() {
+            let id = self.of_plan[at][index];
+            self.cells[id].node = Arc::clone(&node);
+            self.cells[id].settings = Arc::clone(&settings);
+            self.mark(id);
+        }
+        Ok(())
+    }
+
+    /// Looks at the source files of all cells again; those whose content changed are dirty.
+    pub fn rescan(&mut self) {
+        for id in 0..self.cells.len() {
+            let has_file = self.cells[id].file.is_some();
+            if has_file && (self.file_content(id) != Ok(self.cells[id].made.file) || !self.reads_still_true(id)) {
+                self.mark(id);
+            }
+        }
+    }
+
+    pub(super) fn cancelled(&self) -> bool {
+        self.shared.cancel.load(Ordering::Relaxed)
+    }
+
+    /// Tells an event, which is only made where someone listens.
+    pub(super) fn tell(&self, event: impl FnOnce() -> Event) {
+        self.shared.tell(event);
+    }
+
+    /// Runs `work` on the pool; what it gives is received later.
+    pub(super) fn spawn(&mut self, id: CellId, work: impl FnOnce(&Shared) -> Message + Send + 'static) {
+        let pool = match &self.pool {
+            Some(pool) => pool,
+            None => match rayon::ThreadPoolBuilder::new().num_threads(self.options.jobs).build() {
+                Ok(pool) => self.pool.insert(pool),
+                Err(problem) => {
+                    self.broken.get_or_insert(problem.into());
+                    return;
+                }
+            },
+        };
+        let shared = Arc::clone(&self.shared);
+        pool.spawn(move || {
+            let message = shared.guarded(id, work);
+            // Nobody waits any more where the engine is gone.
+            let _ = shared.sender.send(message);
+        });
+        self.running += 1;
+    }
+
+    /// Writes what this cook knows, and what earlier ones knew of cells that this one did not touch.
+    ///
+    /// # Errors
+    /// Where the store cannot be written.
+    pub fn remember(&mut self) -> Result<(), CookError> {
+        if self.options.dry {
+            return Ok(());
+        }
+        let session = self.knowledge();
+        self.shared.store.put_session(&session_name(&self.plan.root().path), &session)?;
+        Ok(())
+    }
+}

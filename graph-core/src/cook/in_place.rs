@@ -1,0 +1,146 @@
+//! Computing a cheap cell in place: on the coordinating thread, without a task.
+
+use super::cell::{CellId, Link, Made, SlotSet};
+use super::engine::Engine;
+use super::event::Event;
+use super::job::{Desk, Finished, JobError, READ_BYTES_A_SECOND, missing_output, typed};
+use super::session::Reason;
+use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
+use super::why::told;
+use crate::node::{Inputs, NodeError, PortFacts, PortValue};
+use crate::store::ValueRecord;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+use wire::{Digest, Encoder, Value};
+
+/// What a file costs that is written to the store and read again, in seconds. A cheap value is kept only where computing it
+/// again, with all that is not kept before it, would take longer.
+const FILE_S: f64 = 2e-3;
+
+impl Engine {
+    /// Computes a cheap whole cell, all of whose inputs are at hand.
+    pub(super) fn compute_here(&mut self, id: CellId, made: Made, reason: Reason) {
+        let cell = &self.cells[id];
+        self.tell(|| Event::Started {
+            node: cell.name.clone(),
+            kind: self.kind(id),
+            because: told(&self.cause(id, &reason)),
+            blocks: 0,
+        });
+        let before_s: f64 = cell.producers.iter().map(|producer| self.cells[*producer].again_s).sum();
+        match self.result_here(id, made.key, before_s) {
+            Ok((finished, again_s)) => {
+                self.costs.learn(self.cells[id].plan, finished.seconds);
+                self.cells[id].again_s = again_s;
+                self.cooked(id, made, reason, finished, (0, 0));
+            }
+            Err(JobError::Node(NodeError::Cancelled)) if self.cancelled() => self.mark(id),
+            Err(JobError::Node(error)) => self.fail(id, &error.to_string()),
+            Err(JobError::Store(error)) => {
+                self.broken.get_or_insert(error.into());
+            }
+            // A value was lost between two looks: the task finds it again.
+            Err(JobError::Absent(_)) => {
+                self.costs.learn(self.cells[id].plan, f64::INFINITY);
+                self.begin(id, made, reason);
+            }
+        }
+    }
+
+    fn result_here(&mut self, id: CellId, key: Digest, before_s: f64) -> Result<(Finished, f64), JobError> {
+        let cell = &self.cells[id];
+        let mut inputs = Inputs::default();
+        for link in &cell.links {
+            inputs.set(link.port.name, self.fetch(link)?);
+        }
+        let desk =
+            Desk { shared: &self.shared, name: &cell.name, key, file: cell.file.as_deref(), reads: Mutex::default() };
+        let start = Instant::now();
+        let mut outputs = desk.compute(cell.node.as_ref(), cell.item(), &inputs)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let reads = desk.reads.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let again_s = before_s + seconds;
+        let mut kept = true;
+        let card = Arc::clone(&cell.card);
+        let mut sets = Vec::with_capacity(card.outputs.len());
+        for port in &card.outputs {
+            let given = outputs.take(port.name).ok_or_else(|| missing_output(port))?;
+            sets.push(match given {
+                PortValue::One(value) if !port.list => SlotSet::One(self.slot_here(port, value, again_s, &mut kept)?),
+                PortValue::List(items) if port.list => {
+                    let mut slots = std::collections::BTreeMap::new();
+                    for (name, value) in items {
+                        slots.insert(name, self.slot_here(port, value, again_s, &mut kept)?);
+                    }
+                    SlotSet::List(slots)
+                }
+                _ => return Err(missing_output(port)),
+            });
+        }
+        Ok((Finished { slots: sets.into(), reads, seconds }, if kept { 0.0 } else { again_s }))
+    }
+
+    fn fetch(&self, link: &Link) -> Result<PortValue, JobError> {
+        if let ([wire], false) = (link.wires.as_slice(), link.port.list)
+            && let Some(SlotSet::One(slot)) = self.standing(wire)
+        {
+            return Ok(PortValue::One(slot.whole(&self.shared.store)?));
+        }
+        let slots = self.slots_of(link);
+        let store = &self.shared.store;
+        if !link.port.list {
+            let (_, slot) = slots.first().ok_or(Absent { damaged: false })?;
+            return Ok(PortValue::One(slot.whole(store)?));
+        }
+        let items = slots.into_iter().map(|(name, slot)| Ok((name, slot.whole(store)?)));
+        Ok(PortValue::List(items.collect::<Result<_, Absent>>()?))
+    }
+
+    fn slot_here(
+        &mut self,
+        port: &PortFacts,
+        value: Arc<dyn Value>,
+        again_s: f64,
+        kept: &mut bool,
+    ) -> Result<Arc<Slot>, JobError> {
+        typed(port, &value)?;
+        let (axis, block_frames) = (value.axis(), self.shared.block_frames);
+        if axis.is_some_and(|axis| axis.count > block_frames) || again_s > FILE_S {
+            return self.slot_of_blocks(port, &value, again_s, kept);
+        }
+        // One block that is not written: its encoding is only hashed.
+        *kept = false;
+        let mut encoder = Encoder::over(std::mem::take(&mut self.scratch));
+        value.encode(&mut encoder);
+        self.scratch = encoder.finish();
+        let blocks = vec![port.kind.digest(&self.scratch)];
+        let digest = ValueRecord::root(&port.kind, &blocks);
+        let bytes = self.scratch.len() as u64;
+        let record = ValueRecord { digest, axis, blocks, summary: value.summary(), bytes };
+        let slot = Slot::known(port.kind, record, block_frames);
+        slot.hold(0, value);
+        Ok(Arc::new(slot))
+    }
+
+    fn slot_of_blocks(
+        &self,
+        port: &PortFacts,
+        value: &Arc<dyn Value>,
+        again_s: f64,
+        kept: &mut bool,
+    ) -> Result<Arc<Slot>, JobError> {
+        let blocks: Vec<CookedBlock> = cut(value, self.shared.block_frames);
+        let record = super::job::record_of(port, &blocks, value.axis(), value.summary());
+        let slot = Slot::known(port.kind, record, self.shared.block_frames);
+        if again_s > FILE_S + slot.record.bytes as f64 / READ_BYTES_A_SECOND {
+            self.shared.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
+            slot.now_stored();
+        } else {
+            *kept = false;
+        }
+        for (index, block) in blocks.into_iter().enumerate() {
+            slot.hold(index, block.value);
+        }
+        Ok(Arc::new(slot))
+    }
+}

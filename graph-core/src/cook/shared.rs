@@ -1,0 +1,43 @@
+//! What the coordinator and the jobs on the pool share.
+
+use super::cell::CellId;
+use super::engine::Tell;
+use super::event::Event;
+use super::job::{JobError, panic_text};
+use super::results::Message;
+use crate::files::Fingerprints;
+use crate::node::NodeError;
+use crate::store::Store;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
+
+pub(crate) struct Shared {
+    pub store: Arc<Store>,
+    pub files: Fingerprints,
+    pub cancel: Arc<AtomicBool>,
+    pub tell: Option<Arc<Tell>>,
+    /// Frames in a block.
+    pub block_frames: usize,
+    /// Where jobs send what they gave.
+    pub sender: Sender<Message>,
+}
+
+impl Shared {
+    /// Tells an event, which is only made where someone listens.
+    #[inline]
+    pub fn tell(&self, event: impl FnOnce() -> Event) {
+        if let Some(tell) = &self.tell {
+            tell(event());
+        }
+    }
+
+    /// Runs `work`; a panic in it fails the cell alone.
+    pub fn guarded(&self, cell: CellId, work: impl FnOnce(&Self) -> Message) -> Message {
+        catch_unwind(AssertUnwindSafe(|| work(self))).unwrap_or_else(|panic| {
+            let problem = panic_text(panic.as_ref());
+            Message::Whole { cell, result: Err(JobError::Node(NodeError::Failed(problem))) }
+        })
+    }
+}
