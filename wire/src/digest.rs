@@ -54,12 +54,20 @@ pub struct Hasher {
 
 impl Hasher {
     /// An empty sequence under a name that keeps different uses of the hash apart.
+    #[inline]
     pub fn new(domain: &str) -> Self {
-        let mut hasher = Self { gathered: [0; GATHERED], count: 0, begun: None };
+        let mut hasher = Self::bare();
         hasher.bytes(domain.as_bytes());
         hasher
     }
 
+    /// An empty sequence without a name, for parts of fixed length after a digest that says what they are.
+    #[inline]
+    pub fn bare() -> Self {
+        Self { gathered: [0; GATHERED], count: 0, begun: None }
+    }
+
+    #[inline]
     fn add(&mut self, bytes: &[u8]) {
         if let Some(begun) = &mut self.begun {
             begun.update(bytes);
@@ -74,6 +82,7 @@ impl Hasher {
     }
 
     /// Adds one part, preceded by its length.
+    #[inline]
     pub fn bytes(&mut self, part: &[u8]) -> &mut Self {
         self.add(&(part.len() as u64).to_le_bytes());
         self.add(part);
@@ -81,18 +90,21 @@ impl Hasher {
     }
 
     /// Adds a number.
+    #[inline]
     pub fn number(&mut self, number: u64) -> &mut Self {
         self.add(&number.to_le_bytes());
         self
     }
 
     /// Adds a digest (fixed length, so without a prefix).
+    #[inline]
     pub fn digest(&mut self, digest: &Digest) -> &mut Self {
         self.add(&digest.0);
         self
     }
 
     /// The digest of all parts so far.
+    #[inline]
     pub fn finish(&self) -> Digest {
         match &self.begun {
             Some(begun) => Digest(*begun.finalize().as_bytes()),

@@ -139,7 +139,7 @@ impl Debug for ValueKind {
 
 impl PartialEq for ValueKind {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.version == other.version
+        (std::ptr::eq(self.name, other.name) || self.name == other.name) && self.version == other.version
     }
 }
 

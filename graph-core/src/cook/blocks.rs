@@ -2,7 +2,7 @@
 
 use super::cell::{CellId, Link, Made, SlotSet};
 use super::engine::Engine;
-use super::key::{Frames, begin_key, halo};
+use super::key::{Frames, halo};
 use super::slot::Slot;
 use std::sync::Arc;
 use wire::{FrameAxis, Hasher};
@@ -12,9 +12,13 @@ impl Engine {
     pub(super) fn block_keys(&mut self, id: CellId, made: &mut Made) {
         let Some(Ok(frames)) = self.frames(id) else { return };
         let cell = &self.cells[id];
-        let mut base = begin_key("block", &cell.settings, made.file.as_ref());
-        for (link, digest) in cell.links.iter().zip(&made.inputs).filter(|(link, _)| !link.framed()) {
-            base.bytes(link.port.name.as_bytes()).digest(digest);
+        let mut base = Hasher::new("block");
+        base.digest(&cell.frame);
+        for digest in made.file.iter() {
+            base.digest(digest);
+        }
+        for (_, digest) in cell.links.iter().zip(&made.inputs).filter(|(link, _)| !link.framed()) {
+            base.digest(digest);
         }
         let base = base.finish();
         let slots: Vec<_> = self.framed_links(id).flat_map(|link| self.slots_of(link)).collect();

@@ -137,6 +137,8 @@ pub(crate) struct Cell {
     pub node: Arc<dyn Node>,
     pub card: Arc<Card>,
     pub settings: Arc<Settings>,
+    /// Settings and ports: the beginning of the key.
+    pub frame: Digest,
     pub file: Option<PathBuf>,
     pub writes: Option<PathBuf>,
     pub links: Vec<Link>,

@@ -5,7 +5,11 @@ use crate::plan::Plan;
 use std::collections::HashMap;
 
 /// Computations below this are done in place.
-const CHEAP_S: f64 = 30e-6;
+pub(crate) const CHEAP_S: f64 = 30e-6;
+
+/// What a file costs that is written to the store and read again, in seconds. A cheap value is kept only where computing it
+/// again, with all that is not kept before it, would take longer.
+pub(crate) const FILE_S: f64 = 2e-3;
 
 /// Seconds a cell, by kind.
 pub(crate) struct Costs {
@@ -30,9 +34,10 @@ impl Costs {
         self.seconds[self.kinds[plan]] < CHEAP_S
     }
 
-    /// Learns from one computation. A dear one counts at once, cheap ones bring the mean down slowly.
+    /// Learns from one computation. A dear one counts at once; cheap ones are believed soon, since a computation may also have
+    /// been slow because the machine was busy.
     pub fn learn(&mut self, plan: usize, seconds: f64) {
         let mean = &mut self.seconds[self.kinds[plan]];
-        *mean = if mean.is_finite() && seconds < *mean { 0.9 * *mean + 0.1 * seconds } else { seconds };
+        *mean = if mean.is_finite() && seconds < *mean { 0.5 * (*mean + seconds) } else { seconds };
     }
 }

@@ -8,6 +8,7 @@
 use super::cell::{Cell, CellId, Directory, KnownItems, Settings};
 use super::cost::Costs;
 use super::event::{Event, Summary};
+use super::key::frame_of;
 use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
@@ -127,7 +128,7 @@ pub struct Engine {
     pub(super) list_origins: HashMap<usize, Vec<OriginId>>,
     /// Settings by plan node, where no item enters them.
     pub(super) settings: HashMap<usize, Arc<Settings>>,
-    /// Plan nodes by their path, made when it is first needed.
+    /// Plan nodes by their path.
     paths: HashMap<String, usize>,
     /// Dirty cells to be looked at, in the order of the plan.
     pub(super) ready: BinaryHeap<Reverse<(usize, CellId)>>,
@@ -190,7 +191,7 @@ impl Engine {
             lost_lists: BTreeMap::new(),
             list_origins,
             settings: HashMap::new(),
-            paths: HashMap::new(),
+            paths: plan.nodes.iter().enumerate().map(|(at, node)| (node.path.clone(), at)).collect(),
             ready: BinaryHeap::new(),
             failed: BTreeSet::new(),
             tasks: HashMap::new(),
@@ -203,6 +204,13 @@ impl Engine {
             plan,
             options,
         })
+    }
+
+    /// Makes the cells of all nodes whose items are known, ahead of the first cook.
+    pub fn unfold_now(&mut self) {
+        if !self.folded.is_empty() {
+            self.unfold();
+        }
     }
 
     /// Brings every cell that something changed for up to date. What failed before is tried again.
@@ -222,9 +230,7 @@ impl Engine {
         for id in std::mem::take(&mut self.failed) {
             self.mark(id);
         }
-        if !self.folded.is_empty() {
-            self.unfold();
-        }
+        self.unfold_now();
         self.run();
         if let Some(problem) = self.broken.take() {
             return Err(problem);
@@ -357,9 +363,6 @@ impl Engine {
     /// # Errors
     /// Where there is no such node, or the new one has other ports, files or use of time.
     pub fn exchange(&mut self, path: &str, node: Arc<dyn Node>) -> Result<(), EditError> {
-        if self.paths.is_empty() {
-            self.paths = self.plan.nodes.iter().enumerate().map(|(at, node)| (node.path.clone(), at)).collect();
-        }
         let Some(at) = self.paths.get(path).copied() else {
             return Err(EditError::UnknownNode(Box::new(self.plan.unknown_node(path))));
         };
@@ -375,7 +378,9 @@ impl Engine {
         for index in 0..self.of_plan[at].len() {
             let id = self.of_plan[at][index];
             self.cells[id].node = Arc::clone(&node);
-            self.cells[id].settings = Arc::clone(&settings);
+            let cell = &mut self.cells[id];
+            cell.settings = Arc::clone(&settings);
+            cell.frame = frame_of(&settings, cell.file.is_some(), &cell.links);
             self.mark(id);
         }
         Ok(())

@@ -3,10 +3,9 @@
 use super::cell::{CellId, Made, SlotSet, Slots, State, Wire, link_digest};
 use super::engine::Engine;
 use super::event::Event;
-use super::key::begin_key;
 use super::session::{Cause, Reason};
 use super::slot::Slot;
-use super::why::{Now, difference, told};
+use super::why::{Now, difference, settings_difference, told};
 use crate::store::{Action, OutputRecord, ValueRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -91,10 +90,13 @@ impl Engine {
     /// The key: settings, file, and the content of every input; `None` where an input has no value.
     fn key(&self, id: CellId, file: Option<Digest>) -> Option<Digest> {
         let cell = &self.cells[id];
-        let mut hasher = begin_key("cell", &cell.settings, file.as_ref());
+        let mut hasher = Hasher::bare();
+        hasher.digest(&cell.frame);
+        if let Some(file) = &file {
+            hasher.digest(file);
+        }
         for link in &cell.links {
-            let digest = link_digest(link, |wire| self.wire_digest(wire))?;
-            hasher.bytes(link.port.name.as_bytes()).digest(&digest);
+            hasher.digest(&link_digest(link, |wire| self.wire_digest(wire))?);
         }
         Some(hasher.finish())
     }
@@ -138,6 +140,8 @@ impl Engine {
         let before = cell.before.as_ref().filter(|before| before.key == made.key);
         let action = match before {
             Some(before) => before.action.clone(),
+            // What is cheap is not in the store, and computed again before the store would have answered.
+            None if self.costs.cheap(cell.plan) => return None,
             None => self.shared.store.action(&made.key)?,
         };
         let complete = cell.card.outputs.iter().all(|port| {
@@ -245,7 +249,8 @@ impl Engine {
         let reason = match (&cell.made.settings, &cell.before) {
             // Computed before by this very engine.
             (Some(before), _) => {
-                let own = super::why::settings_difference(&before.parts, &cell.settings.parts);
+                let same = Arc::ptr_eq(before, &cell.settings);
+                let own = if same { None } else { settings_difference(&before.parts, &cell.settings.parts) };
                 let input = || cell.made.inputs.iter().zip(&made.inputs).position(|(before, now)| before != now);
                 match own {
                     Some(own) => own,

@@ -1,6 +1,7 @@
 //! Computing a cheap cell in place: on the coordinating thread, without a task.
 
 use super::cell::{CellId, Link, Made, SlotSet};
+use super::cost::FILE_S;
 use super::engine::Engine;
 use super::event::Event;
 use super::job::{Desk, Finished, JobError, READ_BYTES_A_SECOND, missing_output, typed};
@@ -13,10 +14,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wire::{Digest, Encoder, Value};
 
-/// What a file costs that is written to the store and read again, in seconds. A cheap value is kept only where computing it
-/// again, with all that is not kept before it, would take longer.
-const FILE_S: f64 = 2e-3;
-
 impl Engine {
     /// Computes a cheap whole cell, all of whose inputs are at hand.
     pub(super) fn compute_here(&mut self, id: CellId, made: Made, reason: Reason) {
@@ -27,11 +24,10 @@ impl Engine {
             because: told(&self.cause(id, &reason)),
             blocks: 0,
         });
-        let before_s: f64 = cell.producers.iter().map(|producer| self.cells[*producer].again_s).sum();
+        let before_s = self.before_s(id);
         match self.result_here(id, made.key, before_s) {
-            Ok((finished, again_s)) => {
+            Ok(finished) => {
                 self.costs.learn(self.cells[id].plan, finished.seconds);
-                self.cells[id].again_s = again_s;
                 self.cooked(id, made, reason, finished, (0, 0));
             }
             Err(JobError::Node(NodeError::Cancelled)) if self.cancelled() => self.mark(id),
@@ -47,7 +43,7 @@ impl Engine {
         }
     }
 
-    fn result_here(&mut self, id: CellId, key: Digest, before_s: f64) -> Result<(Finished, f64), JobError> {
+    fn result_here(&mut self, id: CellId, key: Digest, before_s: f64) -> Result<Finished, JobError> {
         let cell = &self.cells[id];
         let mut inputs = Inputs::default();
         for link in &cell.links {
@@ -77,7 +73,7 @@ impl Engine {
                 _ => return Err(missing_output(port)),
             });
         }
-        Ok((Finished { slots: sets.into(), reads, seconds }, if kept { 0.0 } else { again_s }))
+        Ok(Finished { slots: sets.into(), reads, seconds, again_s: if kept { 0.0 } else { again_s } })
     }
 
     fn fetch(&self, link: &Link) -> Result<PortValue, JobError> {

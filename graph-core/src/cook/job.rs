@@ -1,6 +1,7 @@
 //! Jobs: what runs on the pool's threads: one computation of a whole cell or of one block of its frames.
 
 use super::cell::{SlotSet, Slots};
+use super::cost::{CHEAP_S, FILE_S};
 use super::event::Event;
 use super::shared::Shared;
 use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
@@ -60,6 +61,8 @@ pub(crate) struct Job {
     pub base_key: Digest,
     pub file: Option<PathBuf>,
     pub inputs: Vec<JobInput>,
+    /// Seconds to have the inputs again, where they are not kept.
+    pub before_s: f64,
     /// What is told when the first thread takes this job up.
     pub started: Mutex<Option<Event>>,
 }
@@ -132,6 +135,8 @@ pub(crate) struct Finished {
     pub slots: Slots,
     pub reads: Vec<(String, Digest)>,
     pub seconds: f64,
+    /// Seconds to have the values again: none where they are kept.
+    pub again_s: f64,
 }
 
 impl Job {
@@ -228,32 +233,44 @@ impl Job {
         let start = Instant::now();
         let (mut outputs, reads) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
+        // What is cheap is not written at all: computing it again takes less than a look into the store.
+        let again_s = Some(self.before_s + seconds).filter(|again_s| seconds < CHEAP_S && *again_s < FILE_S);
+        let keep = |port: &PortFacts, value: &Arc<dyn Value>| keep(shared, port, value, seconds, again_s.is_none());
         let mut sets = Vec::with_capacity(self.card.outputs.len());
         for port in &self.card.outputs {
             let given = outputs.take(port.name).ok_or_else(|| missing_output(port))?;
             sets.push(match given {
-                PortValue::One(value) if !port.list => SlotSet::One(keep(shared, port, &value, seconds)?),
+                PortValue::One(value) if !port.list => SlotSet::One(keep(port, &value)?),
                 PortValue::List(items) if port.list => {
-                    let kept = items.into_iter().map(|(name, value)| Ok((name, keep(shared, port, &value, seconds)?)));
+                    let kept = items.into_iter().map(|(name, value)| Ok((name, keep(port, &value)?)));
                     SlotSet::List(kept.collect::<Result<_, JobError>>()?)
                 }
                 _ => return Err(missing_output(port)),
             });
         }
+        if let Some(again_s) = again_s {
+            return Ok(Finished { slots: sets.into(), reads, seconds, again_s });
+        }
         let named = self.card.outputs.iter().map(|port| port.name.to_owned()).zip(&sets);
         let outputs = named.map(|(name, set)| (name, set.record())).collect();
         shared.store.put_action(&self.key, &Action { outputs, reads: reads.clone(), seconds })?;
         shared.store.drop_checkpoints(&self.key);
-        Ok(Finished { slots: sets.into(), reads, seconds })
+        Ok(Finished { slots: sets.into(), reads, seconds, again_s: 0.0 })
     }
 }
 
-fn keep(shared: &Shared, port: &PortFacts, value: &Arc<dyn Value>, seconds: f64) -> Result<Arc<Slot>, JobError> {
+fn keep(
+    shared: &Shared,
+    port: &PortFacts,
+    value: &Arc<dyn Value>,
+    seconds: f64,
+    write: bool,
+) -> Result<Arc<Slot>, JobError> {
     typed(port, value)?;
     let blocks = cut(value, shared.block_frames);
     let record = record_of(port, &blocks, value.axis(), value.summary());
     let slot = Slot::known(port.kind, record, shared.block_frames);
-    if worth_keeping(&slot.record, seconds) {
+    if write && worth_keeping(&slot.record, seconds) {
         shared.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
         slot.now_stored();
     }

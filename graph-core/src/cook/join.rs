@@ -38,7 +38,7 @@ impl Join {
             let outputs = named.map(|(name, set)| (name, set.record())).collect();
             store.put_action(key, &Action { outputs, reads: Vec::new(), seconds: self.seconds })?;
         }
-        Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds })
+        Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds, again_s: 0.0 })
     }
 
     fn remade(&self, known: &Slots) -> Result<Finished, JobError> {
@@ -54,7 +54,7 @@ impl Join {
                 slot.hold(*block, Arc::clone(&outputs[index].value));
             }
         }
-        Ok(Finished { slots: Arc::clone(known), reads: Vec::new(), seconds: 0.0 })
+        Ok(Finished { slots: Arc::clone(known), reads: Vec::new(), seconds: 0.0, again_s: 0.0 })
     }
 
     fn join_port(&self, store: &Store, index: usize, port: &PortFacts) -> Result<Slot, JobError> {

@@ -35,15 +35,14 @@ impl Settings {
     }
 }
 
-/// A key: what is computed and from which file, before the inputs are added.
-pub(crate) fn begin_key(domain: &str, settings: &Settings, file: Option<&Digest>) -> Hasher {
-    let mut hasher = Hasher::new(domain);
-    hasher.digest(&settings.digest);
-    match file {
-        Some(file) => hasher.number(1).digest(file),
-        None => hasher.number(0),
-    };
-    hasher
+/// What is computed, and over which ports: the beginning of a cell's key, known before its inputs are.
+pub(crate) fn frame_of(settings: &Settings, reads_file: bool, links: &[Link]) -> Digest {
+    let mut hasher = Hasher::new("cell");
+    hasher.digest(&settings.digest).number(u64::from(reads_file)).number(links.len() as u64);
+    for link in links {
+        hasher.bytes(link.port.name.as_bytes());
+    }
+    hasher.finish()
 }
 
 /// How a per-frame cell is cut into blocks.

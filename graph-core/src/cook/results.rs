@@ -124,7 +124,7 @@ impl Engine {
         self.summary.blocks_cached += blocks.1;
         let cell = &mut self.cells[id];
         cell.cooked = Some((self.session.run, reason));
-        (cell.seconds, cell.reads) = (finished.seconds, finished.reads);
+        (cell.seconds, cell.again_s, cell.reads) = (finished.seconds, finished.again_s, finished.reads);
         let cell = &self.cells[id];
         self.tell(|| Event::Cooked {
             node: cell.name.clone(),

@@ -106,6 +106,12 @@ impl Engine {
         Some(Last { block_keys, frame_keys, action: before.action.clone() })
     }
 
+    /// Seconds to have a cell's inputs again, where they are not kept: at least those of the dearest. (What several of them
+    /// share would be counted twice in a sum.)
+    pub(super) fn before_s(&self, id: CellId) -> f64 {
+        self.cells[id].producers.iter().map(|producer| self.cells[*producer].again_s).fold(0.0, f64::max)
+    }
+
     /// Whether a value that a whole cell needs is neither in memory nor known to be in the store.
     fn waits_for_values(&self, id: CellId) -> bool {
         let wires = self.cells[id].links.iter().flat_map(|link| &link.wires);
@@ -247,6 +253,7 @@ impl Engine {
             base_key: cell.base_key,
             file: cell.file.clone(),
             inputs,
+            before_s: self.before_s(id),
             started: Mutex::new(started),
         }
     }

@@ -5,6 +5,7 @@ use super::cell::{
 };
 use super::engine::Engine;
 use super::event::Event;
+use super::key::frame_of;
 use crate::document::Spanned;
 use crate::plan::{PlanNode, make};
 use std::collections::BTreeMap;
@@ -117,6 +118,7 @@ impl Engine {
             node: Arc::clone(&node.node),
             card: Arc::clone(&node.card),
             settings,
+            frame: Digest::default(),
             file: node.reads.as_ref().map(|pattern| pattern.path().to_owned()),
             writes: node.writes.clone(),
             links: Vec::with_capacity(node.inputs.len()),
@@ -169,6 +171,7 @@ impl Engine {
                 cell.links.push(link);
             }
         }
+        cell.frame = frame_of(&cell.settings, cell.file.is_some(), &cell.links);
         let id = self.cells.len();
         let mut producers: Vec<_> = cell.links.iter().flat_map(|link| &link.wires).map(|wire| wire.cell).collect();
         producers.sort_unstable();

@@ -10,6 +10,7 @@ use crate::document::Diagnostic;
 use crate::files::Pattern;
 use petgraph::algo::{tarjan_scc, toposort};
 use petgraph::graph::{DiGraph, NodeIndex};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The order of the nodes, and the lists they repeat over.
@@ -25,7 +26,10 @@ pub(super) struct Scoped {
 /// Orders and scopes all nodes; `None` where a cycle or a missing list makes that impossible (and was reported).
 pub(super) fn order_and_scope(loader: &mut Loader, wires: &Wires) -> Option<Scoped> {
     let order = order(loader, wires)?;
-    let mut work = Work { wires, origins: Vec::new(), scope: vec![Vec::new(); loader.nodes.len()], sound: true };
+    let lists = wires.each.iter().chain(&wires.node_each).flatten();
+    let iterated = lists.filter(|list| !list.list).map(|list| list.node).collect();
+    let scope = vec![Vec::new(); loader.nodes.len()];
+    let mut work = Work { wires, iterated, origins: Vec::new(), scope, sound: true };
     for node in &order {
         work.scope_of(loader, *node);
     }
@@ -96,6 +100,8 @@ fn report_cycle(loader: &mut Loader, graph: &DiGraph<usize, ()>, component: &[No
 
 struct Work<'a> {
     wires: &'a Wires,
+    /// Nodes that some `for_each` names and that give no list by themselves.
+    iterated: BTreeSet<usize>,
     origins: Vec<Origin>,
     scope: Vec<Vec<OriginId>>,
     sound: bool,
@@ -145,12 +151,7 @@ impl Work<'_> {
 
     /// Whether some `for_each` names this node, which reads a file: then one file is a list of one item.
     fn is_iterated(&self, node: usize) -> bool {
-        let lists = self.wires.each.iter().chain(&self.wires.node_each).flatten();
-        lists.into_iter().any(|list| list.node == node && !list.list) && self.reads_alone(node)
-    }
-
-    fn reads_alone(&self, node: usize) -> bool {
-        self.wires.inputs[node].is_empty()
+        self.iterated.contains(&node) && self.wires.inputs[node].is_empty()
     }
 
     fn no_list(&mut self, loader: &mut Loader, node: usize, list: &RawSource) {
