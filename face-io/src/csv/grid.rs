@@ -19,11 +19,11 @@ impl<'a> Grid<'a> {
         Self { rest: text, line: 1, separator }
     }
 
-    /// The rows of text whose cells a comma, a semicolon or a tab parts: whichever the first line has most of.
+    /// The rows of text whose cells a comma, a semicolon or a tab parts: whichever its first lines have most of.
     pub fn guess(text: &'a str) -> Self {
-        let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
-        let count = |separator: char| first.matches(separator).count();
-        let separator = [',', ';', '\t'].into_iter().rev().max_by_key(|separator| count(*separator)).unwrap_or(',');
+        let start: Vec<&str> = full_lines(text).take(6).collect();
+        let count = |separator: char| start.iter().map(|line| line.matches(separator).count()).sum::<usize>();
+        let separator = ['\t', ';', ','].into_iter().max_by_key(|separator| count(*separator)).unwrap_or(',');
         Self::new(text, separator)
     }
 
@@ -59,6 +59,11 @@ impl<'a> Grid<'a> {
     pub fn line(&self) -> usize {
         self.line
     }
+}
+
+/// The lines that are not blank, whatever ends them.
+pub(crate) fn full_lines(text: &str) -> impl Iterator<Item = &str> {
+    text.split(['\n', '\r']).filter(|line| !line.trim().is_empty())
 }
 
 fn cells(text: &str, line: usize, separator: char) -> Result<Vec<Cell<'_>>, CsvError> {

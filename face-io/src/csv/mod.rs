@@ -6,7 +6,7 @@
 mod grid;
 mod table;
 
-pub(crate) use grid::{Grid, GridRow};
+pub(crate) use grid::{Grid, GridRow, full_lines};
 pub(crate) use table::{Cell, Row, Table, column_error, text};
 
 /// Why text is not the table that was asked for. Lines and columns count from 1, columns in characters.
@@ -214,8 +214,7 @@ pub(crate) fn push_cell(out: &mut String, text: &str) {
 
 /// The cells of the first line that is neither blank nor a comment: the names of the columns, in a plain table.
 pub(crate) fn first_names(text: &str) -> Option<Vec<std::borrow::Cow<'_, str>>> {
-    let is_full = |line: &&str| !matches!(line.trim().as_bytes(), [] | [b'#', ..]);
-    let line = text.lines().find(is_full)?;
+    let line = full_lines(text).find(|line| !line.trim_start().starts_with('#'))?;
     let row = Grid::new(line, ',').next_row().ok()??;
     Some(row.row.cells.into_iter().map(|cell| cell.text).collect())
 }

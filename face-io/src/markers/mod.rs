@@ -4,19 +4,19 @@
 //! |---|---|
 //! | [`crate::c3d`] | C3D, of every system |
 //! | [`trc`] | TRC, of Motion Analysis, `OpenSim` and others |
-//! | `motive` | CSV of `OptiTrack`'s Motive (read only) |
-//! | `vicon` | CSV of Vicon's Nexus (read only) |
-//! | `openface` | landmarks of `OpenFace` in space (read only) |
+//! | [`motive`] | CSV of `OptiTrack`'s Motive (read only) |
+//! | [`vicon`] | CSV of Vicon's Nexus (read only) |
+//! | [`openface`] | landmarks of `OpenFace` in space (read only) |
 //! | [`crate::marker_csv`] | plain tables |
 //!
 //! [`open`] is the only place where kinds of marker file are told apart.
 
 mod frames;
-mod motive;
+pub mod motive;
 mod names;
-mod openface;
+pub mod openface;
 pub mod trc;
-mod vicon;
+pub mod vicon;
 
 pub(crate) use names::unique;
 
@@ -188,9 +188,9 @@ pub(crate) fn open_as(kind: Kind, bytes: &[u8]) -> Result<MarkerFile, ReadError>
     match kind {
         Kind::C3d => c3d::open(bytes),
         Kind::Trc => trc::open(bytes),
-        Kind::Motive => Ok(motive::open(bytes)?),
-        Kind::Vicon => Ok(vicon::open(bytes)?),
-        Kind::OpenFace => Ok(openface::open(bytes)?),
+        Kind::Motive => motive::open(bytes),
+        Kind::Vicon => vicon::open(bytes),
+        Kind::OpenFace => openface::open(bytes),
         Kind::Table => marker_csv::open(bytes),
     }
 }

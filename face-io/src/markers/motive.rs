@@ -12,6 +12,7 @@
 use super::frames::{self, Announced, Columns};
 use super::names::unique;
 use super::{Format, MarkerFile};
+use crate::ReadError;
 use crate::csv::{CsvError, Grid, GridRow, text};
 use crate::units::LengthUnit;
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,7 +45,14 @@ struct Position {
 type Others = BTreeSet<(String, String)>;
 
 /// Reads an export of Motive.
-pub(super) fn open(bytes: &[u8]) -> Result<MarkerFile, CsvError> {
+///
+/// # Errors
+/// See [`CsvError`]: each names the line, and the column where one cell is at fault.
+pub fn open(bytes: &[u8]) -> Result<MarkerFile, ReadError> {
+    Ok(parse(bytes)?)
+}
+
+fn parse(bytes: &[u8]) -> Result<MarkerFile, CsvError> {
     let text = text(bytes)?;
     let mut grid = Grid::new(text, ',');
     let header = Header::read(&mut grid)?;

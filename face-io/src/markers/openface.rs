@@ -8,6 +8,7 @@
 
 use super::frames::POINTS_A_BYTE;
 use super::{Format, MarkerFile};
+use crate::ReadError;
 use crate::csv::{CsvError, Row, Table, text};
 use crate::units::LengthUnit;
 use glam::Vec3;
@@ -53,7 +54,14 @@ struct Columns {
 }
 
 /// Reads the landmarks in space.
-pub(super) fn open(bytes: &[u8]) -> Result<MarkerFile, CsvError> {
+///
+/// # Errors
+/// See [`CsvError`]: each names the line, and the column where one cell is at fault.
+pub fn open(bytes: &[u8]) -> Result<MarkerFile, ReadError> {
+    Ok(parse(bytes)?)
+}
+
+fn parse(bytes: &[u8]) -> Result<MarkerFile, CsvError> {
     let table = Table::read(text(bytes)?)?.with_rows()?;
     let columns = Columns::of(&table)?;
     let mut by_face: BTreeMap<i64, BTreeMap<i64, usize>> = BTreeMap::new();

@@ -8,7 +8,8 @@
 use super::frames::{self, Columns};
 use super::names::unique;
 use super::{Format, MarkerFile};
-use crate::csv::{CsvError, Grid, GridRow, text};
+use crate::ReadError;
+use crate::csv::{CsvError, Grid, GridRow, full_lines, text};
 use crate::units::LengthUnit;
 
 const TRAJECTORIES: &str = "trajectories";
@@ -28,12 +29,8 @@ const TITLES: [&str; 9] = [
 
 /// Whether text begins with a section of such an export.
 pub(crate) fn detect(text: &str) -> bool {
-    let first = text.lines().find(|line| !line.trim_matches([',', ';', '\t', ' ', '\r', '"']).is_empty());
-    first.is_some_and(|line| TITLES.contains(&bare(line).as_str()))
-}
-
-fn bare(line: &str) -> String {
-    line.trim_matches([',', ';', '\t', ' ', '\r', '"']).to_lowercase()
+    let bare = |line: &str| line.trim_matches([',', ';', '\t', ' ', '"']).to_lowercase();
+    full_lines(text).map(bare).find(|line| !line.is_empty()).is_some_and(|line| TITLES.contains(&line.as_str()))
 }
 
 /// The title of the section that begins in this row.
@@ -44,7 +41,14 @@ fn title(row: &GridRow<'_>) -> Option<String> {
 }
 
 /// Reads the trajectories of an export.
-pub(super) fn open(bytes: &[u8]) -> Result<MarkerFile, CsvError> {
+///
+/// # Errors
+/// See [`CsvError`]: each names the line, and the column where one cell is at fault.
+pub fn open(bytes: &[u8]) -> Result<MarkerFile, ReadError> {
+    Ok(parse(bytes)?)
+}
+
+fn parse(bytes: &[u8]) -> Result<MarkerFile, CsvError> {
     let text = text(bytes)?;
     let mut grid = Grid::guess(text);
     let mut others: Vec<String> = Vec::new();
