@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::io::Write;
 use std::time::Instant;
 
-/// One line for people, `name seconds` of processor time for `compare.py`.
+/// Prints the name, the best and the middle time of a reading in seconds, and the number of points.
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let (Some(path), Some(count)) = (arguments.next(), arguments.next()) else {
@@ -15,8 +15,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut points = 0;
     let mut times = Vec::with_capacity(count as usize);
     for _ in 0..count {
-        // The file is read anew each time, as the peer does. One thread does all the work, so the clock on the wall and
-        // that of the processor differ by what others take only; the smallest time is compared.
+        // The file is opened anew each time, as the peer does. One thread does all the work, so the clock on the wall
+        // shows the time of the processor and what others take from it, never less.
         let start = Instant::now();
         let bytes = std::fs::read(&path)?;
         let markers = black_box(face_io::c3d::read(black_box(&bytes))?);
