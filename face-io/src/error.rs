@@ -36,6 +36,9 @@ pub enum ReadError {
     /// A table of comma-separated values.
     #[error("CSV: {0}")]
     Csv(#[from] CsvError),
+    /// A TRC file.
+    #[error("TRC: {0}")]
+    Trc(CsvError),
     /// A PNG picture.
     #[error("PNG: {0}")]
     Png(#[from] PngError),

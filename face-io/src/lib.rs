@@ -6,6 +6,7 @@
 //!
 //! | module | what it reads and writes |
 //! |---|---|
+//! | [`markers`] | markers of every kind of file, told apart by content; TRC, Motive, Vicon and `OpenFace` themselves |
 //! | [`c3d`] | markers, as motion capture systems write them |
 //! | [`marker_csv`] | markers as tables |
 //! | [`curves`] | animation curves as tables, plain or of Live Link Face |
@@ -22,6 +23,7 @@ mod error;
 pub mod gltf;
 mod inspect;
 pub mod marker_csv;
+pub mod markers;
 pub mod png;
 pub mod regions;
 mod units;

@@ -4,48 +4,15 @@
 //! The unit stands at the end of each column's name. Three empty cells are a missing point.
 
 use crate::csv::{CsvError, Row, Table, column_error, push_cell, text};
+use crate::markers::{Format, MarkerFile};
 use crate::units::LengthUnit;
 use crate::{ReadError, WriteError};
 use face_math::data::Markers;
 use glam::Vec3;
 use std::fmt::Write;
-use wire::FrameAxis;
 
 const FORMAT: &str = "marker CSV";
 const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// A table of markers as it stands in a file, which may not state how fast its frames pass.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MarkerTable {
-    /// Marker names.
-    pub names: Vec<String>,
-    /// Number of the first frame.
-    pub first_frame: i64,
-    /// Number of frames.
-    pub frames: usize,
-    /// Frames a second, where the file says.
-    pub rate_hz: Option<f64>,
-    /// `frames × names` positions in metres, frame after frame; missing ones NaN.
-    pub positions: Vec<Vec3>,
-    /// The unit of the file.
-    pub unit: LengthUnit,
-    /// Whether it is one face at rest, without time.
-    pub neutral: bool,
-}
-
-impl MarkerTable {
-    /// The markers, at the rate of the file or else at `rate_hz`; a neutral face, which has no time, at 1 Hz where
-    /// neither is known.
-    ///
-    /// # Errors
-    /// Where a take states no rate and none is given.
-    pub fn into_markers(self, rate_hz: Option<f64>) -> Result<Markers, ReadError> {
-        let still = self.neutral.then_some(1.0);
-        let rate_hz = self.rate_hz.or(rate_hz).or(still).ok_or(CsvError::NoRate)?;
-        let axis = FrameAxis { first: self.first_frame, count: self.frames, rate_hz };
-        Ok(Markers::new(axis, self.names, self.positions)?)
-    }
-}
 
 /// Reads a table of markers of either layout. `rate_hz` is used where the file states no rate.
 ///
@@ -59,17 +26,17 @@ pub fn read(bytes: &[u8], rate_hz: Option<f64>) -> Result<Markers, ReadError> {
 ///
 /// # Errors
 /// See [`CsvError`].
-pub fn open(bytes: &[u8]) -> Result<MarkerTable, ReadError> {
+pub fn open(bytes: &[u8]) -> Result<MarkerFile, ReadError> {
     Ok(from_table(Table::read(text(bytes)?)?)?)
 }
 
-/// Whether text begins with the names of a table of markers.
-pub(crate) fn detect(table: &Table<'_>) -> bool {
-    let is = |column: usize, name: &str| table.name(column).eq_ignore_ascii_case(name);
-    table.names.cells.len() > 3 && (is(0, "marker") || is(0, "frame") && column_name(table.name(1)).is_some())
+/// Whether the names of a table's columns are those of a table of markers.
+pub(crate) fn detect(names: &[&str]) -> bool {
+    let is = |column: usize, name: &str| names[column].eq_ignore_ascii_case(name);
+    names.len() > 3 && (is(0, "marker") || is(0, "frame") && column_name(names[1]).is_some())
 }
 
-pub(crate) fn from_table(table: Table<'_>) -> Result<MarkerTable, CsvError> {
+fn from_table(table: Table<'_>) -> Result<MarkerFile, CsvError> {
     let table = table.with_rows()?;
     if table.name(0).eq_ignore_ascii_case("marker") {
         return read_neutral(&table);
@@ -132,7 +99,7 @@ fn position(table: &Table<'_>, row: &Row<'_>, first: usize, unit: LengthUnit) ->
     if point.is_finite() { Ok(point) } else { Err(table.cell_error(row, first, "a position of finite size")) }
 }
 
-fn read_neutral(table: &Table<'_>) -> Result<MarkerTable, CsvError> {
+fn read_neutral(table: &Table<'_>) -> Result<MarkerFile, CsvError> {
     if table.names.cells.len() != 4 {
         let cell = &table.names.cells[table.names.cells.len() - 1];
         return Err(column_error(&table.names, cell, "a neutral face has the columns marker, x, y and z"));
@@ -150,10 +117,10 @@ fn read_neutral(table: &Table<'_>) -> Result<MarkerTable, CsvError> {
         positions.push(position(table, row, 1, unit)?);
     }
     let rate_hz = table.rate_hz()?;
-    Ok(MarkerTable { names, first_frame: 0, frames: 1, rate_hz, positions, unit, neutral: true })
+    Ok(file(Format::Neutral, names, (0, 1, rate_hz), positions, unit))
 }
 
-fn read_take(table: &Table<'_>) -> Result<MarkerTable, CsvError> {
+fn read_take(table: &Table<'_>) -> Result<MarkerFile, CsvError> {
     let first_frame = table.frames(0)?;
     let mut names = Vec::new();
     let mut unit = None;
@@ -177,7 +144,18 @@ fn read_take(table: &Table<'_>) -> Result<MarkerTable, CsvError> {
         }
     }
     let (rate_hz, frames) = (table.rate_hz()?, table.rows.len());
-    Ok(MarkerTable { names, first_frame, frames, rate_hz, positions, unit, neutral: false })
+    Ok(file(Format::Table, names, (first_frame, frames, rate_hz), positions, unit))
+}
+
+fn file(
+    format: Format,
+    names: Vec<String>,
+    (first_frame, frames, rate_hz): (i64, usize, Option<f64>),
+    positions: Vec<Vec3>,
+    unit: LengthUnit,
+) -> MarkerFile {
+    let (renamed, left_out) = (Vec::new(), Vec::new());
+    MarkerFile { format, names, first_frame, frames, rate_hz, positions, unit, unit_assumed: false, renamed, left_out }
 }
 
 /// Writes a take as a table, one row a frame, coordinates in `unit`, missing points as empty cells. The first line is

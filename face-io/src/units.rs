@@ -33,15 +33,15 @@ impl LengthUnit {
     /// What [`LengthUnit::from_text`] understands, for messages.
     pub const KNOWN: &str = "um, mm, cm, dm, m, in, ft";
 
-    /// Reads a unit as files spell it: symbol or word, any case, blanks around it.
+    /// Reads a unit as files spell it: symbol or word, any case, with blanks or brackets around it.
     pub fn from_text(text: &str) -> Option<Self> {
-        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0').to_lowercase();
+        let text = text.trim_matches(|c: char| c.is_whitespace() || "\0[]().".contains(c)).to_lowercase();
         Some(match text.as_str() {
             "um" | "µm" | "μm" | "micron" | "microns" | "micrometre" | "micrometer" | "micrometres" | "micrometers" => {
                 Self::Micrometre
             }
-            "mm" | "millimetre" | "millimeter" | "millimetres" | "millimeters" => Self::Millimetre,
-            "cm" | "centimetre" | "centimeter" | "centimetres" | "centimeters" => Self::Centimetre,
+            "mm" | "mms" | "millimetre" | "millimeter" | "millimetres" | "millimeters" => Self::Millimetre,
+            "cm" | "cms" | "centimetre" | "centimeter" | "centimetres" | "centimeters" => Self::Centimetre,
             "dm" | "decimetre" | "decimeter" | "decimetres" | "decimeters" => Self::Decimetre,
             "m" | "metre" | "meter" | "metres" | "meters" | "mtr" => Self::Metre,
             "in" | "inch" | "inches" | "\"" => Self::Inch,
@@ -118,6 +118,7 @@ mod tests {
         assert_eq!(LengthUnit::from_text("mm  "), Some(LengthUnit::Millimetre));
         assert_eq!(LengthUnit::from_text("Meters\0"), Some(LengthUnit::Metre));
         assert_eq!(LengthUnit::from_text("IN"), Some(LengthUnit::Inch));
+        assert_eq!(LengthUnit::from_text("[mm]"), Some(LengthUnit::Millimetre));
         assert_eq!(LengthUnit::from_text("deg"), None);
         for unit in [LengthUnit::Micrometre, LengthUnit::Decimetre, LengthUnit::Foot, LengthUnit::Inch] {
             assert_eq!(LengthUnit::from_text(unit.symbol()), Some(unit));

@@ -32,6 +32,15 @@ impl Patterns<'_> {
         Ok(fits)
     }
 
+    /// For each name, whether one of `patterns` fits it; patterns that fit no name are let be.
+    ///
+    /// # Errors
+    /// Where a pattern is malformed.
+    pub fn may_fit(&self, patterns: &[String]) -> Result<Vec<bool>, NodeError> {
+        let globs = patterns.iter().map(|pattern| self.parse(pattern)).collect::<Result<Vec<_>, _>>()?;
+        Ok(self.names.iter().map(|name| globs.iter().any(|glob| glob.is_match(name))).collect())
+    }
+
     /// The names that `patterns` fit, in their own order; all names where there is no pattern.
     ///
     /// # Errors
@@ -60,9 +69,13 @@ impl Patterns<'_> {
         Ok(self.names.iter().map(number).collect())
     }
 
-    fn compile(&self, pattern: &str) -> Result<GlobMatcher, NodeError> {
+    fn parse(&self, pattern: &str) -> Result<GlobMatcher, NodeError> {
         let glob = GlobBuilder::new(pattern).backslash_escape(true).build();
-        let glob = glob.map_err(|error| NodeError::parameter(self.parameter, error))?.compile_matcher();
+        Ok(glob.map_err(|error| NodeError::parameter(self.parameter, error))?.compile_matcher())
+    }
+
+    fn compile(&self, pattern: &str) -> Result<GlobMatcher, NodeError> {
+        let glob = self.parse(pattern)?;
         if self.names.iter().any(|name| glob.is_match(name)) {
             return Ok(glob);
         }
@@ -75,7 +88,7 @@ impl Patterns<'_> {
 }
 
 /// How many names there are, and the first of them.
-fn listed(names: &[String], what: &str) -> String {
+pub(crate) fn listed(names: &[String], what: &str) -> String {
     let first: Vec<_> = names.iter().take(6).map(|name| format!("`{name}`")).collect();
     let more = if names.len() > first.len() { " …" } else { "" };
     format!("{} {what}s: {}{more}", names.len(), first.join(", "))
@@ -103,6 +116,7 @@ mod tests {
         assert_eq!(patterns(&names).chosen(&texts(&["lip_*", "chin"])).unwrap(), ["chin", "lip_1", "lip_2"]);
         assert_eq!(patterns(&names).chosen(&[]).unwrap(), names);
         assert_eq!(patterns(&names).fits(&[]).unwrap(), [false; 4]);
+        assert_eq!(patterns(&names).may_fit(&texts(&["nose", "br*"])).unwrap(), [false, false, false, true]);
     }
 
     #[test]

@@ -70,8 +70,10 @@ pub enum C3dError {
         what: String,
     },
     /// A parameter (or header field) has a value that cannot be.
-    #[error("{name} is {value}: {what}")]
+    #[error("byte {at}: {name} is {value}: {what}")]
     Value {
+        /// Where it stands: the record of the parameter, or the word of the header.
+        at: usize,
         /// Name of the parameter.
         name: &'static str,
         /// Its value.
@@ -81,10 +83,12 @@ pub enum C3dError {
     },
     /// A parameter and the header disagree about what a frame looks like, and the length of the file supports neither.
     #[error(
-        "{name} says {value}, the header {header}, and neither explains how long the file is; it is damaged, export it \
-         again"
+        "byte {at}: {name} says {value}, the header {header}, and neither explains how long the file is; it is damaged, \
+         export it again"
     )]
     Contradiction {
+        /// Where the parameter's record begins.
+        at: usize,
         /// Name of the parameter.
         name: &'static str,
         /// What it says.
@@ -93,8 +97,13 @@ pub enum C3dError {
         header: String,
     },
     /// The unit of length is unknown.
-    #[error("POINT:UNITS is `{unit}`, which is no length known here ({}); correct it in the file", LengthUnit::KNOWN)]
+    #[error(
+        "byte {at}: POINT:UNITS is `{unit}`, which is no length known here ({}); correct it in the file",
+        LengthUnit::KNOWN
+    )]
     Unit {
+        /// Where the parameter's record begins.
+        at: usize,
         /// The unit as it stands in the file.
         unit: String,
     },

@@ -16,14 +16,13 @@ pub use numbers::Processor;
 pub use write::write;
 
 use crate::ReadError;
+use crate::markers::{Format, MarkerFile, unique};
 use crate::units::LengthUnit;
 use face_math::data::Markers;
 use glam::Vec3;
 use layout::{BLOCK, Layout};
-use numbers::Source;
+use numbers::{Source, vax_float};
 use parameters::Parameters;
-use std::collections::BTreeSet;
-use wire::FrameAxis;
 
 /// A take, and how its file stores it.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,28 +66,46 @@ pub fn read(bytes: &[u8]) -> Result<Markers, ReadError> {
 /// # Errors
 /// See [`C3dError`].
 pub fn read_take(bytes: &[u8]) -> Result<Take, ReadError> {
-    let source = open(bytes)?;
+    let (file, processor, storage) = decode(bytes)?;
+    let (unit, unit_assumed, renamed) = (file.unit, file.unit_assumed, file.renamed.clone());
+    Ok(Take { markers: file.into_markers(None)?, processor, storage, unit, unit_assumed, renamed })
+}
+
+/// Reads a C3D file as files of markers of all kinds are given, otherwise as [`read`].
+///
+/// # Errors
+/// See [`C3dError`].
+pub fn open(bytes: &[u8]) -> Result<MarkerFile, ReadError> {
+    Ok(decode(bytes)?.0)
+}
+
+fn decode(bytes: &[u8]) -> Result<(MarkerFile, Processor, Storage), C3dError> {
+    let source = source(bytes)?;
     let (at, end) = parameter_section(&source)?;
     let parameters = Parameters::read(&source, at, end)?;
     let layout = Layout::read(&source, &parameters)?;
-    let (names, renamed) = names(&parameters, layout.points)?;
-    let positions = positions(&source, &layout)?;
-    let axis = FrameAxis { first: layout.first_frame, count: layout.frames, rate_hz: layout.rate_hz };
-    Ok(Take {
-        markers: Markers::new(axis, names, positions)?,
-        processor: source.processor,
-        storage: layout.storage,
+    let (names, renamed) = unique(labels(&parameters, layout.points)?);
+    let (processor, storage) = (source.processor, layout.storage);
+    let file = MarkerFile {
+        format: Format::C3d { processor, storage },
+        names,
+        first_frame: layout.first_frame,
+        frames: layout.frames,
+        rate_hz: Some(layout.rate_hz),
+        positions: positions(&source, &layout)?,
         unit: layout.unit,
         unit_assumed: layout.unit_assumed,
         renamed,
-    })
+        left_out: Vec::new(),
+    };
+    Ok((file, processor, storage))
 }
 
 fn parameters_at(bytes: &[u8]) -> usize {
     bytes.first().map_or(0, |block| usize::from(*block).saturating_sub(1) * BLOCK)
 }
 
-fn open(bytes: &[u8]) -> Result<Source<'_>, C3dError> {
+fn source(bytes: &[u8]) -> Result<Source<'_>, C3dError> {
     match bytes {
         [] => return Err(C3dError::Empty),
         [_, 0x50, ..] => {}
@@ -102,7 +119,7 @@ fn open(bytes: &[u8]) -> Result<Source<'_>, C3dError> {
     unknown.slice(0, BLOCK, "the header")?;
     if bytes[0] < 2 {
         let what = "the header's pointer to the parameters must be 2 or more";
-        return Err(C3dError::Value { name: "the parameter block", value: bytes[0].to_string(), what });
+        return Err(C3dError::Value { at: 0, name: "the parameter block", value: bytes[0].to_string(), what });
     }
     let at = parameters_at(bytes) + 3;
     let found = unknown.u8(at, "the head of the parameters")?;
@@ -110,17 +127,17 @@ fn open(bytes: &[u8]) -> Result<Source<'_>, C3dError> {
     Ok(Source { bytes, processor })
 }
 
-/// Where the parameters begin, and where they end at the latest: at the data, or else after as many blocks as their
-/// head says (a byte, too small for large sections).
+/// Where the parameters begin, and where they end at the latest: at the data, or after as many blocks as their head
+/// says (a byte, too small for large sections), whichever is farther; either may have been left behind.
 fn parameter_section(source: &Source<'_>) -> Result<(usize, usize), C3dError> {
     let start = parameters_at(source.bytes);
     let blocks = usize::from(source.u8(start + 2, "the head of the parameters")?);
     let data = usize::from(source.u16(16, "the header")?).saturating_sub(1) * BLOCK;
-    let end = if data > start { data } else { start + blocks.max(1) * BLOCK };
-    Ok((start + 4, end))
+    Ok((start + 4, data.max(start + blocks.max(1) * BLOCK)))
 }
 
-fn names(parameters: &Parameters, points: usize) -> Result<(Vec<String>, Vec<String>), C3dError> {
+/// The label of each point; empty where the file has none.
+fn labels(parameters: &Parameters, points: usize) -> Result<Vec<String>, C3dError> {
     // A parameter holds at most 255 labels; the others are in LABELS2, LABELS3 ….
     let mut labels = parameters.texts("POINT:LABELS")?;
     for extra in 2.. {
@@ -130,62 +147,45 @@ fn names(parameters: &Parameters, points: usize) -> Result<(Vec<String>, Vec<Str
         }
         labels.extend(parameters.texts(&name)?);
     }
-    labels.truncate(points);
     labels.resize(points, String::new());
-    let mut taken: BTreeSet<String> = labels.iter().filter(|label| !label.is_empty()).cloned().collect();
-    let mut seen = BTreeSet::new();
-    let mut renamed = Vec::new();
-    for (index, label) in labels.iter_mut().enumerate() {
-        if !label.is_empty() && seen.insert(label.clone()) {
-            continue;
-        }
-        let (stem, bare) =
-            if label.is_empty() { (format!("point_{}", index + 1), true) } else { (label.clone(), false) };
-        let mut name = if bare { stem.clone() } else { format!("{stem}#2") };
-        let mut number = 2;
-        while !taken.insert(name.clone()) {
-            number += 1;
-            name = format!("{stem}#{number}");
-        }
-        renamed.push(name.clone());
-        *label = name;
-    }
-    Ok((labels, renamed))
+    Ok(labels)
 }
 
+/// The positions of all frames in metres.
 fn positions(source: &Source<'_>, layout: &Layout) -> Result<Vec<Vec3>, C3dError> {
     if layout.points == 0 || layout.frames == 0 {
         return Ok(Vec::new());
     }
-    let word = layout.storage.word();
     let data = source.slice(layout.data_at, layout.frames * layout.frame_length, "the frames")?;
-    let mut positions = Vec::with_capacity(layout.frames * layout.points);
-    for frame in data.chunks_exact(layout.frame_length) {
-        for point in frame[..4 * layout.points * word].chunks_exact(4 * word) {
-            let words: [f64; 4] = std::array::from_fn(|index| {
-                let at = index * word;
-                match layout.storage {
-                    Storage::Real => {
-                        f64::from(source.processor.f32([point[at], point[at + 1], point[at + 2], point[at + 3]]))
-                    }
-                    Storage::Integer { .. } => {
-                        f64::from(source.processor.u16([point[at], point[at + 1]]).cast_signed())
-                    }
-                }
-            });
-            positions.push(position(words, layout));
-        }
-    }
-    Ok(positions)
+    let unit = layout.unit;
+    let processor = source.processor;
+    let real = |point: &[u8; 16], number: fn([u8; 4]) -> f32| {
+        let word = |at: usize| f64::from(number([point[at], point[at + 1], point[at + 2], point[at + 3]]));
+        position([word(0), word(4), word(8)], word(12), unit)
+    };
+    Ok(match (layout.storage, processor) {
+        (Storage::Real, Processor::Intel) => points(data, layout, |point| real(point, f32::from_le_bytes)),
+        (Storage::Real, Processor::Mips) => points(data, layout, |point| real(point, f32::from_be_bytes)),
+        (Storage::Real, Processor::Dec) => points(data, layout, |point| real(point, vax_float)),
+        (Storage::Integer { scale }, _) => points(data, layout, |point: &[u8; 8]| {
+            let word = |at: usize| f64::from(processor.u16([point[at], point[at + 1]]).cast_signed());
+            position([word(0), word(2), word(4)].map(|number| number * scale), word(6), unit)
+        }),
+    })
 }
 
-/// x, y, z and the residual word, as stored, to a position in metres.
-fn position([x, y, z, residual]: [f64; 4], layout: &Layout) -> Vec3 {
-    let scale = match layout.storage {
-        Storage::Integer { scale } => scale,
-        Storage::Real => 1.0,
-    };
-    let point = Vec3::from_array([x, y, z].map(|number| layout.unit.to_metres(number * scale)));
+/// One position of each `N` bytes of the points of each frame; the analog samples behind them are skipped.
+fn points<const N: usize>(data: &[u8], layout: &Layout, position: impl Fn(&[u8; N]) -> Vec3) -> Vec<Vec3> {
+    let mut positions = Vec::with_capacity(layout.frames * layout.points);
+    for frame in data.chunks_exact(layout.frame_length) {
+        positions.extend(frame.as_chunks::<N>().0.iter().take(layout.points).map(&position));
+    }
+    positions
+}
+
+/// x, y, z in units of length, and the residual, to a position in metres.
+fn position(coordinates: [f64; 3], residual: f64, unit: LengthUnit) -> Vec3 {
+    let point = Vec3::from_array(coordinates.map(|coordinate| unit.to_metres(coordinate)));
     // A residual that is no number says as little about the point as a negative one.
     if residual >= 0.0 && point.is_finite() { point } else { Vec3::NAN }
 }

@@ -53,7 +53,7 @@ impl Processor {
 ///
 /// value = (-1)^s · (2²³ + f) · 2^(e - 152), with 8 bits of e and 23 of f; e = 0 is zero where s = 0, and the
 /// reserved operand (here NaN) where s = 1. Source: VAX Architecture Reference Manual, `F_floating`.
-fn vax_float(bytes: [u8; 4]) -> f32 {
+pub(super) fn vax_float(bytes: [u8; 4]) -> f32 {
     let high = u32::from(u16::from_le_bytes([bytes[0], bytes[1]]));
     let low = u32::from(u16::from_le_bytes([bytes[2], bytes[3]]));
     let bits = high << 16 | low;

@@ -74,6 +74,11 @@ impl Parameters {
         self.0.contains_key(name)
     }
 
+    /// Where the record of a parameter begins; `header`, a place in the header, where there is none.
+    pub fn place(&self, name: &str, header: usize) -> usize {
+        self.0.get(name).map_or(header, |parameter| parameter.at)
+    }
+
     /// All numbers of a parameter; none where it is not there.
     ///
     /// Where the parameter is a text, that is an error.

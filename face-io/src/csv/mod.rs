@@ -3,13 +3,18 @@
 //! Tolerant of a byte-order mark, either line end, `#` comment lines and quoted fields; strict about everything else,
 //! because a table that is guessed at animates a face wrongly without anyone noticing.
 
+mod grid;
 mod table;
 
-pub(crate) use table::{Row, Table, column_error, text};
+pub(crate) use grid::{Grid, GridRow, full_lines};
+pub(crate) use table::{Cell, Row, Table, column_error, text};
 
 /// Why text is not the table that was asked for. Lines and columns count from 1, columns in characters.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CsvError {
+    /// No bytes at all.
+    #[error("the file is empty; export the take again")]
+    NoBytes,
     /// Nothing but blanks and comments.
     #[error("the file holds no table; its first line must name the columns")]
     Empty,
@@ -93,6 +98,60 @@ pub enum CsvError {
         /// What is wrong, and what would be right.
         problem: String,
     },
+    /// A header of several lines that is not as its program writes it.
+    #[error("{line}:{column}: {problem}")]
+    Header {
+        /// The line.
+        line: usize,
+        /// The column.
+        column: usize,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
+    /// Fewer rows than the header says.
+    #[error(
+        "the frames end in line {line} after {found}, line {said_in} says {expected}; the file was cut short, copy or \
+         export it again"
+    )]
+    Fewer {
+        /// Line of the last row.
+        line: usize,
+        /// How many frames there are.
+        found: usize,
+        /// How many there should be.
+        expected: u64,
+        /// Line that says how many.
+        said_in: usize,
+    },
+    /// A last row that ends in the middle.
+    #[error(
+        "line {line}: the file ends in the middle of this row, after {found} of {expected} cells; it was cut short, \
+         copy or export it again"
+    )]
+    Cut {
+        /// The line.
+        line: usize,
+        /// How many cells the row should have.
+        expected: usize,
+        /// How many cells it has.
+        found: usize,
+    },
+    /// Rows nearly all of whose cells are absent.
+    #[error("line {line}: the rows hold next to nothing of the {markers} markers that the header names; it is damaged")]
+    Sparse {
+        /// The line.
+        line: usize,
+        /// How many markers the header names.
+        markers: usize,
+    },
+    /// A table of something else than markers.
+    #[error("it holds {holds}, no markers; {cure}")]
+    NoMarkers {
+        /// What it holds.
+        holds: String,
+        /// What to do.
+        cure: &'static str,
+    },
     /// A timecode that goes backwards.
     #[error("line {line}: timecode {found} is earlier than {before} in the row before; put the rows in order of time")]
     Backwards {
@@ -151,4 +210,11 @@ pub(crate) fn push_cell(out: &mut String, text: &str) {
     } else {
         out.push_str(text);
     }
+}
+
+/// The cells of the first line that is neither blank nor a comment: the names of the columns, in a plain table.
+pub(crate) fn first_names(text: &str) -> Option<Vec<std::borrow::Cow<'_, str>>> {
+    let line = full_lines(text).find(|line| !line.trim_start().starts_with('#'))?;
+    let row = Grid::new(line, ',').next_row().ok()??;
+    Some(row.row.cells.into_iter().map(|cell| cell.text).collect())
 }

@@ -1,9 +1,8 @@
 //! The facts of each kind of value.
 
-use crate::c3d::Take;
 use crate::curves::CurveTable;
 use crate::gltf::Outline;
-use crate::marker_csv::MarkerTable;
+use crate::markers::MarkerFile;
 use face_math::data::{Driver, Image, Regions};
 use glam::Vec3;
 use serde::Serialize;
@@ -111,25 +110,32 @@ impl Inspection {
     }
 }
 
-pub(super) fn take(take: &Take) -> Inspection {
-    let markers = &take.markers;
-    let axis = markers.frame_axis();
-    let format = format!("C3D, {}, {}", take.processor.name(), take.storage.name());
-    let mut facts = Inspection::new("markers", format).positions(markers.positions());
-    facts.names = markers.names().to_vec();
-    (facts.frames, facts.first_frame, facts.rate_hz) = (Some(axis.count), Some(axis.first), Some(axis.rate_hz));
-    let assumed = if take.unit_assumed { " (assumed, the file states none)" } else { "" };
-    facts.unit = Some(format!("{}{assumed}", take.unit));
-    facts.more("renamed", take.renamed.clone())
-}
-
-pub(super) fn marker_table(table: &MarkerTable) -> Inspection {
-    let format = if table.neutral { "CSV, neutral markers" } else { "CSV, markers by frame" };
-    let mut facts = Inspection::new("markers", format).positions(&table.positions);
-    facts.names.clone_from(&table.names);
-    (facts.frames, facts.first_frame, facts.rate_hz) = (Some(table.frames), Some(table.first_frame), table.rate_hz);
-    facts.unit = Some(table.unit.to_string());
-    facts
+pub(super) fn markers(file: &MarkerFile) -> Inspection {
+    let mut facts = Inspection::new("markers", file.format.to_string()).positions(&file.positions);
+    facts.names.clone_from(&file.names);
+    (facts.frames, facts.first_frame, facts.rate_hz) = (Some(file.frames), Some(file.first_frame), file.rate_hz);
+    let assumed = if file.unit_assumed { " (assumed, the file states none)" } else { "" };
+    facts.unit = Some(format!("{}{assumed}", file.unit));
+    let points = file.positions.len();
+    let share = |part: usize| part as f64 / points.max(1) as f64;
+    let missing = facts.missing.unwrap_or_default();
+    let extent = match (facts.min, facts.max) {
+        (Some(Stats::Three(low)), Some(Stats::Three(high))) => Some([0, 1, 2].map(|axis| high[axis] - low[axis])),
+        _ => None,
+    };
+    let at_origin = file.positions.iter().filter(|point| **point == Vec3::ZERO).count();
+    let never: Vec<&str> = (0..file.names.len())
+        .filter(|column| file.positions.iter().skip(*column).step_by(file.names.len()).all(|point| point.is_nan()))
+        .map(|column| file.names[column].as_str())
+        .collect();
+    let mut facts = facts.more("markers", file.names.len()).more("missing_share", share(missing));
+    if let Some(extent) = extent {
+        facts = facts.more("extent_m", json!(extent));
+    }
+    if at_origin > 0 {
+        facts = facts.more("points_at_origin", at_origin);
+    }
+    facts.more("never_seen", json!(never)).more("renamed", file.renamed.clone()).more("left_out", file.left_out.clone())
 }
 
 pub(super) fn curves(table: &CurveTable) -> Inspection {

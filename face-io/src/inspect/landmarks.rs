@@ -1,4 +1,6 @@
 //! Tables of landmarks in pictures: a picture a row, columns `x_0, y_0, x_1 …` in pixels.
+//!
+//! Where a tracker has a column `success`, the landmarks of rows with 0 in it are missing, whatever numbers stand there.
 
 use super::Inspection;
 use crate::csv::{CsvError, Row, Table};
@@ -19,8 +21,15 @@ pub(super) fn detect(table: &Table<'_>) -> bool {
 pub(super) fn facts(table: &Table<'_>) -> Result<Inspection, CsvError> {
     let columns = columns(table);
     let mut points = Vec::with_capacity(columns.len() * table.rows.len());
+    let success = table.names.cells.iter().position(|cell| cell.text == "success");
     let mut missing = 0;
     for row in &table.rows {
+        if let Some(success) = success
+            && table.number(row, success)? == 0.0
+        {
+            missing += columns.len();
+            continue;
+        }
         for (x, y) in &columns {
             let empty = |row: &Row<'_>, column: usize| row.cells[column].text.is_empty();
             if empty(row, *x) && empty(row, *y) {

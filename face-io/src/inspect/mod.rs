@@ -5,21 +5,20 @@ mod landmarks;
 
 pub use facts::{Inspection, Stats};
 
-use crate::csv::{Table, text};
-use crate::{ReadError, Sibling, c3d, curves, gltf, marker_csv, png, regions};
+use crate::csv::{Table, first_names, text};
+use crate::{ReadError, Sibling, curves, gltf, markers, png, regions};
 
 /// What can be read, for messages.
-const READABLE: &str = "C3D takes, glTF and GLB rigs, tables of curves, Live Link Face recordings, tables of markers \
-                        or landmarks (CSV), PNG pictures, regions (JSON or RON)";
+const READABLE: &str = "C3D and TRC takes, glTF and GLB rigs, tables of curves, Live Link Face recordings, tables of markers \
+                        (plain, of Motive, Vicon or OpenFace) or landmarks (CSV), PNG pictures, regions (JSON or RON)";
 
 /// The kinds of file.
 #[derive(Clone, Copy)]
 enum Kind {
-    C3d,
+    Markers(markers::Kind),
     Gltf,
     Png,
     Curves,
-    Markers,
     Landmarks,
     Regions,
 }
@@ -37,11 +36,10 @@ pub fn inspect(name: &str, bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<In
     let stem = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let stem = stem.rsplit_once('.').map_or(stem, |(stem, _)| stem);
     Ok(match kind {
-        Kind::C3d => facts::take(&c3d::read_take(bytes)?),
+        Kind::Markers(kind) => facts::markers(&markers::open_as(kind, bytes)?),
         Kind::Gltf => facts::head(&gltf::outline(bytes, stem, sibling)?),
         Kind::Png => facts::picture(&png::read(bytes)?),
         Kind::Curves => facts::curves(&curves::open(bytes)?),
-        Kind::Markers => facts::marker_table(&marker_csv::open(bytes)?),
         Kind::Landmarks => landmarks::facts(&Table::read(text(bytes)?)?)?,
         Kind::Regions => facts::regions(&regions::read(bytes)?),
     })
@@ -51,20 +49,21 @@ fn by_content(bytes: &[u8]) -> Option<Kind> {
     if png::detect(bytes) {
         return Some(Kind::Png);
     }
-    if c3d::detect(bytes) {
-        return Some(Kind::C3d);
-    }
     if gltf::detect(bytes) {
         return Some(Kind::Gltf);
+    }
+    // OpenFace's landmarks in the picture are no markers, and are told of as landmarks.
+    match markers::detect(bytes) {
+        Some(markers::Kind::OpenFace) if !in_space(bytes) => {}
+        Some(kind) => return Some(Kind::Markers(kind)),
+        None => {}
     }
     let text = text(bytes).ok()?;
     if text.trim_start().starts_with(['{', '(', '/', '#']) && regions::detect(bytes) {
         return Some(Kind::Regions);
     }
     let table = Table::read(text).ok()?;
-    if marker_csv::detect(&table) {
-        Some(Kind::Markers)
-    } else if landmarks::detect(&table) {
+    if landmarks::detect(&table) {
         Some(Kind::Landmarks)
     } else if curves::detect(&table) {
         Some(Kind::Curves)
@@ -75,13 +74,21 @@ fn by_content(bytes: &[u8]) -> Option<Kind> {
 
 /// The kind that a name's ending promises, for files whose damage hides it.
 fn by_ending(name: &str) -> Option<Kind> {
+    if let Some(kind) = markers::by_ending(name) {
+        return Some(Kind::Markers(kind));
+    }
     let (_, ending) = name.rsplit_once('.')?;
     Some(match ending.to_lowercase().as_str() {
-        "c3d" => Kind::C3d,
         "glb" | "gltf" => Kind::Gltf,
         "png" => Kind::Png,
         "csv" => Kind::Curves,
         "json" | "ron" => Kind::Regions,
         _ => return None,
     })
+}
+
+/// Whether a table has landmarks in space.
+fn in_space(bytes: &[u8]) -> bool {
+    let names = text(bytes).ok().and_then(first_names);
+    names.is_some_and(|names| names.iter().any(|name| name == "X_0"))
 }

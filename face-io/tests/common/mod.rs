@@ -4,6 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
+pub mod forge;
+pub mod harm;
+pub mod tables;
+
 /// The folder of test data, or nothing (said loudly) where there is none and `GRIMACE_TEST_DATA` asks for none.
 #[allow(clippy::print_stderr, reason = "a skipped test must be noticed")]
 pub fn data() -> Option<PathBuf> {

@@ -1,6 +1,6 @@
 //! `load_curves`: animation curves from files: range of motion, edits that come back, truth to measure against.
 
-use super::selection::Selection;
+use super::selection::{Mapping, Selection};
 use face_io::curves;
 use face_math::data::Curves;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -30,7 +30,8 @@ pub struct LoadCurves {
     only: Vec<String>,
     /// Names of channels to leave out, as patterns: `eyeLook*`.
     without: Vec<String>,
-    /// New names by old ones: `{"CTRL_jaw": "jawOpen"}`. A name that is not in the file is an error.
+    /// New names by old ones: `{"CTRL_jaw": "jawOpen"}`, or by patterns: `{"CTRL_*": "*"}`. A name that is not in the file
+    /// is an error.
     rename: BTreeMap<String, String>,
 }
 
@@ -52,9 +53,15 @@ impl Node for LoadCurves {
         let mut table = curves::open(&source.bytes).map_err(|error| NodeError::file(file, error))?;
         table.rate_hz = self.rate_hz.or(table.rate_hz);
         let curves = table.into_curves(None).map_err(|error| NodeError::file(file, error))?;
-        let selection = Selection { what: "channel", only: &self.only, without: &self.without, rename: &self.rename };
+        let selection = Selection {
+            what: "channel",
+            only: &self.only,
+            without: &self.without,
+            rename: &self.rename,
+            mapping: Mapping::default(),
+        };
         let chosen = selection.apply(file, curves.channels())?;
-        let (columns, names): (Vec<usize>, Vec<String>) = chosen.into_iter().unzip();
+        let (columns, names): (Vec<usize>, Vec<String>) = chosen.kept.into_iter().unzip();
         let values = (0..curves.frames()).flat_map(|frame| {
             let all = curves.frame(frame);
             columns.iter().map(|column| all[*column])

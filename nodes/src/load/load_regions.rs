@@ -1,6 +1,6 @@
 //! `load_regions`: which markers and channels belong together, from a file: what networks are trained by.
 
-use super::selection::Selection;
+use super::selection::{Mapping, Selection};
 use face_io::regions;
 use face_math::data::Regions;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -39,9 +39,16 @@ impl Node for LoadRegions {
         let file = source.name.as_str();
         let all = regions::read(&source.bytes).map_err(|error| NodeError::file(file, error))?.regions;
         let names: Vec<String> = all.iter().map(|region| region.name.clone()).collect();
-        let selection =
-            Selection { what: "region", only: &self.only, without: &self.without, rename: &BTreeMap::new() };
-        let regions: Vec<_> = selection.apply(file, &names)?.into_iter().map(|(index, _)| all[index].clone()).collect();
+        let rename = BTreeMap::new();
+        let selection = Selection {
+            what: "region",
+            only: &self.only,
+            without: &self.without,
+            rename: &rename,
+            mapping: Mapping::default(),
+        };
+        let regions: Vec<_> =
+            selection.apply(file, &names)?.kept.into_iter().map(|(index, _)| all[index].clone()).collect();
         for region in &regions {
             let lacks = if region.markers.is_empty() { "markers" } else { "channels" };
             if region.markers.is_empty() || region.channels.is_empty() {

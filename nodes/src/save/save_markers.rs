@@ -1,12 +1,13 @@
 //! `save_markers`: markers as files that other programs read.
 
 use crate::unit::Unit;
+use face_io::markers::trc;
 use face_io::{c3d, marker_csv};
 use face_math::data::Markers;
 use graph_core::cook::{Artifact, FILES};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 const MARKERS: Port<Markers> = Port::new("markers", "named points over frames, in metres");
 
@@ -14,24 +15,40 @@ const MARKERS: Port<Markers> = Port::new("markers", "named points over frames, i
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum Format {
-    /// C3D with PC numbers in real format; missing points have residual −1.
+    /// As the ending of `path` says: `.c3d`, `.trc` or `.csv`.
     #[default]
+    ByEnding,
+    /// C3D with PC numbers in real format; missing points have residual −1.
     C3d,
+    /// TRC, a table parted by tabs; missing points are empty.
+    Trc,
     /// A table: a column `frame`, then three a marker (`chin_x_mm`, `chin_y_mm`, `chin_z_mm`); missing points are empty.
     Csv,
     /// A table of one frame, a face at rest: the columns `marker`, `x_mm`, `y_mm`, `z_mm`.
     NeutralCsv,
 }
 
-/// Writes markers as C3D or as a table (CSV).
+impl Format {
+    /// The format that the ending of a path stands for.
+    fn of(path: &str) -> Option<Self> {
+        match path.rsplit_once('.')?.1.to_lowercase().as_str() {
+            "c3d" => Some(Self::C3d),
+            "trc" => Some(Self::Trc),
+            "csv" => Some(Self::Csv),
+            _ => None,
+        }
+    }
+}
+
+/// Writes markers as C3D, TRC or as a table (CSV).
 ///
 /// `load_markers` reads all of them back.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaveMarkers {
-    /// The file to write, such as `out/{take}.c3d`. Its ending does not choose the format: `format` does.
+    /// The file to write, such as `out/{take}.c3d`. Its ending chooses the format.
     path: String,
-    /// The format.
+    /// The format, where the ending does not say it.
     format: Format,
     /// Unit of the coordinates in the file.
     unit: Unit,
@@ -39,7 +56,33 @@ pub struct SaveMarkers {
 
 impl Default for SaveMarkers {
     fn default() -> Self {
-        Self { path: String::new(), format: Format::C3d, unit: Unit::Millimetres }
+        Self { path: String::new(), format: Format::ByEnding, unit: Unit::Millimetres }
+    }
+}
+
+// Paths are no part of a node's key, formats are. The format that a path's ending chooses is therefore put into
+// `format` as soon as the node is read, so that another ending is another key.
+impl<'de> Deserialize<'de> for SaveMarkers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        struct Stated {
+            path: String,
+            format: Format,
+            unit: Unit,
+        }
+        impl Default for Stated {
+            fn default() -> Self {
+                let SaveMarkers { path, format, unit } = SaveMarkers::default();
+                Self { path, format, unit }
+            }
+        }
+        let Stated { path, format, unit } = Stated::deserialize(deserializer)?;
+        let format = match format {
+            Format::ByEnding => Format::of(&path).unwrap_or_default(),
+            format => format,
+        };
+        Ok(Self { path, format, unit })
     }
 }
 
@@ -54,6 +97,14 @@ impl Node for SaveMarkers {
     fn compute(&self, _: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
         let (markers, unit) = (inputs.get(&MARKERS)?, self.unit.into());
         let bytes = match self.format {
+            Format::ByEnding => {
+                let problem = format!(
+                    "the ending of `{}` is that of no format of markers; end it in .c3d, .trc or .csv, or set `format`",
+                    self.path
+                );
+                return Err(NodeError::parameter("path", problem));
+            }
+            Format::Trc => trc::write(markers, unit),
             Format::C3d => c3d::write(markers, unit),
             Format::Csv => marker_csv::write(markers, unit),
             Format::NeutralCsv => marker_csv::write_neutral(markers, unit),
@@ -67,6 +118,7 @@ impl Node for SaveMarkers {
 mod tests {
     use super::*;
     use crate::testing::{compute, made};
+    use face_io::markers;
     use glam::Vec3;
     use serde_json::json;
     use wire::FrameAxis;
@@ -86,13 +138,36 @@ mod tests {
     #[test]
     fn all_formats_and_units_read_back() {
         for unit in ["mm", "m", "in"] {
-            let bytes = saved(json!({"unit": unit}), &take(3)).unwrap();
-            assert!((c3d::read(&bytes).unwrap().frame(2)[1].x - 0.05).abs() < 1e-6);
-            let bytes = saved(json!({"unit": unit, "format": "csv"}), &take(3)).unwrap();
-            assert_eq!(marker_csv::read(&bytes, None).unwrap().frame_axis(), take(3).frame_axis());
-            let bytes = saved(json!({"unit": unit, "format": "neutral_csv"}), &take(1)).unwrap();
-            assert!(marker_csv::open(&bytes).unwrap().neutral);
+            for ending in ["c3d", "TRC", "csv"] {
+                let bytes = saved(json!({"unit": unit, "path": format!("out/a.b.{ending}")}), &take(3)).unwrap();
+                let again = markers::read("file", &bytes, None).unwrap();
+                assert_eq!((again.names(), again.frame_axis()), (take(3).names(), take(3).frame_axis()));
+                for (a, b) in again.positions().iter().zip(take(3).positions()) {
+                    assert!((*a - *b).abs().max_element() < 1e-6);
+                }
+            }
+            let bytes = saved(json!({"unit": unit, "format": "neutral_csv", "path": "a.csv"}), &take(1)).unwrap();
+            assert!(marker_csv::open(&bytes).unwrap().is_neutral());
         }
+        let table = saved(json!({"format": "csv", "path": "a.c3d"}), &take(1)).unwrap();
+        assert!(String::from_utf8(table).unwrap().starts_with("# rate_hz"));
+    }
+
+    #[test]
+    fn an_ending_that_says_nothing_asks_for_the_format() {
+        for path in ["out/take", "out/take.txt", "out.c3d/take"] {
+            let error = saved(json!({"path": path}), &take(2)).unwrap_err();
+            assert!(error.starts_with("parameter `path`: ") && error.contains(".trc"), "{error}");
+        }
+    }
+
+    #[test]
+    fn another_ending_is_another_key() {
+        let format = |path: &str| {
+            let node: SaveMarkers = made(json!({"path": path}));
+            serde_json::to_value(&node).unwrap()["format"].clone()
+        };
+        assert_eq!((format("a.c3d"), format("{take}.trc")), (json!("c3d"), json!("trc")));
     }
 
     #[test]
