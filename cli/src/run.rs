@@ -3,6 +3,7 @@
 use crate::arguments::{Global, Run};
 use crate::exit::{Exit, Trouble};
 use crate::graph::Asked;
+use crate::logs::Level;
 use crate::tell::{JsonLines, People, Wanted};
 use crate::{cooking, signals};
 use graph_core::plan::Plan;
@@ -12,18 +13,26 @@ pub fn run(arguments: &Run, global: &Global) -> Result<Exit, Trouble> {
     let asked = Asked::read(&arguments.graph)?;
     let plan = cooking::load(&asked, arguments.json)?;
     let options = cooking::options(&arguments.cook, false);
+    let profile = cooking::begin_logs(global, arguments.profile.as_deref())?;
     let cancel = signals::cancelled_by_signals()?;
     let cook = |plan: Plan, tell: &(dyn Fn(graph_core::cook::Event) + Sync)| {
-        cooking::run((&asked, plan), &arguments.store, &options, &cancel, tell)
+        let told = |event| {
+            if let Some(profile) = &profile {
+                profile.take(&event);
+            }
+            tell(event);
+        };
+        cooking::run((&asked, plan), &arguments.store, &options, &cancel, &told)
     };
     let summary = if arguments.json {
         let lines = JsonLines::new(&cancel);
         let summary = cook(plan, &|event| lines.tell(&event));
-        lines.finish()?;
-        summary?
+        lines.finish().and(summary)
     } else {
-        let wanted = Wanted { quiet: global.quiet, verbose: global.verbose };
-        People::new(wanted).during(|people| cook(plan, &|event| people.tell(event)))?
+        let logged = global.log.is_some_and(|level| level != Level::Off) && global.log_file.is_none();
+        let wanted = Wanted { quiet: global.quiet, verbose: global.verbose, plain: logged };
+        People::new(wanted).during(|people| cook(plan, &|event| people.tell(event)))
     };
-    Ok(cooking::exit(&summary))
+    // A cook that failed is what one wants to look at.
+    profile.map_or(Ok(()), |profile| profile.write()).and(summary).map(|summary| cooking::exit(&summary))
 }
