@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::time::SystemTime;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A file that went, or would go.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -134,17 +134,16 @@ fn safe_before(store: &Store) -> Option<SystemTime> {
     oldest.checked_sub(USE_GRAIN)
 }
 
-/// Files with the time at which they were last needed, that of the longest past first. Of the same time, values go before
+/// Files with the time at which they were last needed, that of the longest past first. Of the same second, values go before
 /// the actions that name them, and sessions last.
 fn in_order(entries: Vec<Entry>, needed: &Needed) -> Vec<(SystemTime, Entry)> {
-    let mut timed: Vec<(SystemTime, Entry)> = entries
-        .into_iter()
-        .map(|entry| {
-            let named = needed.last.get(&(entry.part, entry.name));
-            (named.map_or(entry.modified, |time| entry.modified.max(*time)), entry)
-        })
-        .collect();
-    timed.sort_by(|(one, a), (other, b)| one.cmp(other).then(a.part.cmp(&b.part)).then(a.path.cmp(&b.path)));
+    let timed = entries.into_iter().map(|entry| {
+        let named = needed.last.get(&(entry.part, entry.name));
+        (named.map_or(entry.modified, |time| entry.modified.max(*time)), entry)
+    });
+    let mut timed: Vec<(SystemTime, Entry)> = timed.collect();
+    let second = |time: &SystemTime| time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    timed.sort_by_cached_key(|(last, entry)| (second(last), entry.part, entry.path.clone()));
     timed
 }
 
