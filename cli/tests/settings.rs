@@ -1,5 +1,7 @@
 //! Settings in their layers, what is made from the command line (completions, manual pages), logs and profiles.
 
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
 mod common;
 
 use common::{GRAPH, Project};

@@ -160,7 +160,7 @@ pub struct Run {
     /// Print what happens as JSON, one event a line; the last is the summary
     #[arg(long)]
     pub json: bool,
-    /// Write what each thread did when, for ui.perfetto.dev or chrome://tracing
+    /// Write what each thread did when, as a trace for Chrome or Perfetto
     #[arg(long, value_name = "FILE")]
     pub profile: Option<PathBuf>,
 }

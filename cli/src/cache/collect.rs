@@ -8,6 +8,7 @@ use crate::words::{count, duration, size};
 use graph_core::care::{self, Collected, Removed, Spared};
 use graph_core::store::Part;
 use serde::Serialize;
+use std::fmt::Write;
 
 /// A removed file as JSON.
 #[derive(Serialize)]
@@ -87,20 +88,21 @@ fn report(store: &str, collected: &Collected, arguments: &CacheGc) -> String {
         let of: Vec<&Removed> = collected.removed.iter().filter(|one| one.part == part).collect();
         if !of.is_empty() {
             let bytes = of.iter().map(|one| one.bytes).sum();
-            out += &format!("{verb} {}, {}\n", count(of.len(), what), size(bytes));
+            let _ = writeln!(out, "{verb} {}, {}", count(of.len(), what), size(bytes));
         }
     }
     if !collected.swept.is_empty() {
         let bytes = collected.swept.iter().map(|(_, bytes)| bytes).sum();
-        out += &format!("{verb} {} of dead processes, {}\n", count(collected.swept.len(), "leftover"), size(bytes));
+        let _ = writeln!(out, "{verb} {} of dead processes, {}", count(collected.swept.len(), "leftover"), size(bytes));
     }
     let Spared { pinned, pinned_bytes, running, running_bytes } = collected.spared;
     if collected.after_bytes > arguments.keep.0 && pinned > 0 {
-        out += &format!("kept {}, {}, that pinned graphs need\n", count(pinned as usize, "file"), size(pinned_bytes));
+        let _ =
+            writeln!(out, "kept {}, {}, that pinned graphs need", count(pinned as usize, "file"), size(pinned_bytes));
     }
     if collected.after_bytes > arguments.keep.0 && running > 0 {
         let files = count(running as usize, "file");
-        out += &format!("kept {files}, {}, that running cooks may need\n", size(running_bytes));
+        let _ = writeln!(out, "kept {files}, {}, that running cooks may need", size(running_bytes));
     }
     let now = if arguments.dry_run { "would then hold" } else { "now holds" };
     out + &format!("{store} {now} {} of {}\n", size(collected.after_bytes), size(collected.before_bytes))

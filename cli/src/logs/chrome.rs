@@ -1,4 +1,4 @@
-//! Profiles in the trace format that chrome://tracing and ui.perfetto.dev show: a complete event for each cell or block that
+//! Profiles in the trace format that Chrome and Perfetto show: a complete event for each cell or block that
 //! was computed, on its thread, and counters beside them.
 
 use crate::exit::Trouble;

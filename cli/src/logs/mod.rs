@@ -59,12 +59,11 @@ pub fn begin(global: &Global, profile: Option<&Profile>) -> Result<(), Trouble> 
     let mut layers: Vec<Boxed> = Vec::new();
     let level = global.log.unwrap_or_default();
     if level != Level::Off {
-        layers.push(match &global.log_file {
-            Some(path) => to_file(path, level)?,
-            None => {
-                let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_target(false);
-                lines.with_ansi(crate::colours::on_stderr()).with_filter(level.filter()).boxed()
-            }
+        layers.push(if let Some(path) = &global.log_file {
+            to_file(path, level)?
+        } else {
+            let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_target(false);
+            lines.with_ansi(crate::colours::on_stderr()).with_filter(level.filter()).boxed()
         });
     }
     if let Some(profile) = profile {

@@ -54,12 +54,10 @@ pub const SETTINGS: [Setting; 5] = [
 pub const OTHER_VARIABLES: [&str; 2] = ["GRIMACE_PLUGINS", "GRIMACE_TEST_DATA"];
 
 fn one_of<T: ValueEnum>(text: &str) -> Result<(), String> {
-    match T::from_str(text, false) {
-        Ok(_) => Ok(()),
-        Err(_) => {
-            let names = T::value_variants().iter().filter_map(T::to_possible_value);
-            let names: Vec<String> = names.map(|value| format!("`{}`", value.get_name())).collect();
-            Err(format!("one of {}", names.join(", ")))
-        }
+    if T::from_str(text, false).is_ok() {
+        return Ok(());
     }
+    let names = T::value_variants().iter().filter_map(T::to_possible_value);
+    let names: Vec<String> = names.map(|value| format!("`{}`", value.get_name())).collect();
+    Err(format!("one of {}", names.join(", ")))
 }

@@ -53,7 +53,9 @@ fn the_least_recently_needed_goes_first() {
 #[test]
 fn a_use_counts_as_need() {
     let project = cooked();
-    stored(&project).iter().for_each(|path| age(path, 3));
+    for path in &stored(&project) {
+        age(path, 3);
+    }
     // Going back to an earlier rate finds its action in the store.
     let back = project.run(&["run", "graph.ron", "--set", "rate=12.0", "--json"]).expect(0).summary();
     assert_eq!(back["cooked"], 0);

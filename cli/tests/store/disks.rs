@@ -55,6 +55,9 @@ fn a_full_disk_is_told_and_the_store_stays_sound() {
     {
         assert!(ran.err.contains(part), "{part}: {}", ran.err);
     }
+    let json = project.run(&["run", "graph.ron", "--store", "small", "--json"]);
+    assert_eq!(json.json().iter().rev().nth(1).unwrap()["event"], "diagnostic");
+    assert_eq!((json.code, &json.summary()["cooked"]), (ran.code, &0.into()));
     assert!(before.iter().all(|file| file.is_file()), "nothing that stood there was lost");
     assert_eq!(files(&store.join("temporary")), Vec::<PathBuf>::new(), "no half file is left");
     project.run(&["cache", "verify", "--store", "small"]).expect(0);

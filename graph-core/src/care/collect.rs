@@ -109,7 +109,7 @@ pub fn collect(store: &Store, keep_bytes: u64, dry: bool) -> Result<Collected, S
 /// What all sessions name; those of pinned graphs and of running cooks keep it.
 fn needed(store: &Store, entries: &[Entry]) -> Result<Needed, StoreError> {
     let pinned = pins(store);
-    let running: Vec<_> = store.leases().iter().filter_map(|lease| lease.session_name()).collect();
+    let running: Vec<_> = store.leases().iter().filter_map(crate::store::LeaseRecord::session_name).collect();
     let mut needed = Needed::default();
     for (name, pin) in &pinned {
         let needs = Needs::of(store, name).ok_or_else(|| StoreError::PinnedUnknown {

@@ -292,7 +292,7 @@ fn touch(path: &Path) {
     use rustix::fs::{AtFlags, CWD, Timespec, Timestamps, UTIME_NOW, UTIME_OMIT};
     let time = |tv_nsec| Timespec { tv_sec: 0, tv_nsec };
     // "Now" may be set by everyone who may write the file, another time by its owner alone.
-    let times = Timestamps { last_access: time(UTIME_OMIT.into()), last_modification: time(UTIME_NOW.into()) };
+    let times = Timestamps { last_access: time(UTIME_OMIT), last_modification: time(UTIME_NOW) };
     let _ = rustix::fs::utimensat(CWD, path, &times, AtFlags::empty());
 }
 

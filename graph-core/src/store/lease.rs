@@ -204,7 +204,7 @@ mod tests {
         let store = Store::at(folder.path());
         let session = Digest::of(b"graph");
         let lease = store.lease_for(&session, Duration::from_millis(300)).unwrap();
-        std::thread::sleep(Duration::from_millis(1000));
+        std::thread::sleep(Duration::from_secs(1));
         let held = store.leases();
         assert_eq!(held.len(), 1, "renewed three times over");
         assert_eq!((held[0].pid, held[0].session_name()), (std::process::id(), Some(session)));
