@@ -1,12 +1,14 @@
 //! A cook as commands start it: options from arguments, and its mistakes on the way.
 
-use crate::arguments::{CookArguments, StoreArguments};
+use crate::arguments::{CookArguments, Global, StoreArguments};
 use crate::exit::{Exit, Trouble};
 use crate::graph::{self, Asked};
+use crate::logs::{self, Profile};
 use crate::mistakes;
-use graph_core::cook::{CookError, Event, Options, Summary, cook};
+use graph_core::cook::{CookError, Event, Options, Summary, cook, session_name};
 use graph_core::document::Diagnostics;
 use graph_core::plan::Plan;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -49,7 +51,25 @@ pub fn run(
         return Err(CookError::UnknownNode(Box::new(plan.unknown_node(name))).into());
     }
     let store = Arc::new(graph::store(store, &asked.path));
-    Ok(cook(plan, &asked.overrides, store, options, Arc::clone(cancel), tell)?)
+    // Held for as long as the cook runs, so that nobody removes what it needs.
+    let lease = if options.dry { None } else { Some(store.lease(&session_name(&asked.path))?) };
+    let told = |event: Event| {
+        logs::log(&event);
+        tell(event);
+    };
+    let cooked = cook(plan, &asked.overrides, Arc::clone(&store), options, Arc::clone(cancel), &told);
+    drop(lease);
+    Ok(cooked?)
+}
+
+/// Begins the log, and the profile that may be wanted.
+///
+/// # Errors
+/// Where one of their files cannot be written.
+pub fn begin_logs(global: &Global, profile: Option<&Path>) -> Result<Option<Profile>, Trouble> {
+    let profile = profile.map(Profile::at).transpose()?;
+    logs::begin(global, profile.as_ref())?;
+    Ok(profile)
 }
 
 /// The exit code of a cook.

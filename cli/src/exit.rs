@@ -42,6 +42,9 @@ pub enum Trouble {
     /// The graph is wrong; its mistakes have been shown.
     #[error("the graph has {} mistakes", .0.0.len())]
     Graph(Diagnostics),
+    /// A file of settings is wrong; its mistakes have been shown.
+    #[error("the settings in {} are wrong", .0.display())]
+    Settings(std::path::PathBuf),
     /// The store cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -79,6 +82,7 @@ impl Trouble {
             // Whoever read the output has had enough of it.
             Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe => return Exit::Fine,
             Self::Graph(found) => return mistakes::exit(found),
+            Self::Settings(_) => return Exit::CommandLine,
             Self::CommandLine { help, .. } => output::error(&self.to_string(), help.as_deref()),
             _ => output::error(&self.to_string(), None),
         }

@@ -1,7 +1,8 @@
 //! The command line of grimace: arguments in, commands out.
 //!
 //! [`arguments`] says what may be written, one module a command does it, [`tell`] shows a running cook to people or
-//! prints it as JSON, [`exit`] gives the codes that scripts read. Results go to standard output; everything for people
+//! prints it as JSON, [`logs`] writes it down, `settings` fill in what the
+//! command line leaves open, [`exit`] gives the codes that scripts read. Results go to standard output; everything for people
 //! goes to standard error.
 
 // Nodes are known to a program only where their crate is linked.
@@ -16,27 +17,43 @@ mod dot;
 pub mod exit;
 mod graph;
 mod inspect;
+pub mod logs;
 mod mistakes;
 mod nodes_command;
 mod output;
 mod plan;
 mod run;
+mod settings;
+mod shell;
 mod signals;
 pub mod tell;
 mod why;
-mod words;
+pub mod words;
 
-use arguments::{CacheCommand, Cli, Command};
+use arguments::{Cli, Command, ConfigCommand};
 use clap::Parser;
-use exit::Trouble;
+use exit::{Exit, Trouble};
+use settings::Settings;
 use std::process::ExitCode;
 
 /// Reads the command line, does what it says, and gives the exit code.
 pub fn main() -> ExitCode {
     // Wrong arguments leave here, with code 2.
-    let cli = Cli::parse();
-    colours::choose(cli.global.color);
-    let done = match &cli.command {
+    let mut cli = Cli::parse();
+    // Mistakes in settings are told in the colours that the command line asks for.
+    colours::choose(cli.global.color.unwrap_or_default());
+    let done = Settings::gather(&mut cli).and_then(|settings| {
+        colours::choose(cli.global.color.unwrap_or_default());
+        dispatch(&cli, &settings)
+    });
+    done.unwrap_or_else(|trouble: Trouble| trouble.tell()).into()
+}
+
+fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
+    if !matches!(cli.command, Command::Run(_)) {
+        logs::begin(&cli.global, None)?;
+    }
+    match &cli.command {
         Command::Run(arguments) => run::run(arguments, &cli.global),
         Command::Check(arguments) => check::check(arguments),
         Command::Plan(arguments) => plan::plan(arguments),
@@ -44,9 +61,11 @@ pub fn main() -> ExitCode {
         Command::Nodes(arguments) => nodes_command::nodes(arguments),
         Command::Dot(arguments) => dot::dot(arguments),
         Command::Inspect(arguments) => inspect::inspect(arguments),
-        Command::Cache(arguments) => match &arguments.command {
-            CacheCommand::Stat(arguments) => cache::stat(arguments),
+        Command::Cache(arguments) => cache::cache(&arguments.command, &cli.global),
+        Command::Config(arguments) => match &arguments.command {
+            ConfigCommand::Explain(arguments) => settings::explain(arguments, settings),
         },
-    };
-    done.unwrap_or_else(|trouble: Trouble| trouble.tell()).into()
+        Command::Completions(arguments) => shell::completions(arguments),
+        Command::Man(arguments) => shell::man(arguments),
+    }
 }

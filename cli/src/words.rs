@@ -29,6 +29,36 @@ pub fn size(bytes: u64) -> String {
     format!("{amount:.digits$} {}", UNITS[unit])
 }
 
+/// A size as people write it: `20GB`, `1.5 TiB`, `500M`, `0`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size(pub u64);
+
+impl std::str::FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || format!("`{text}` is no size; write a number and a unit, such as 20GB, 500MB, 1.5TiB or 0");
+        let split = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+        let (number, unit) = text.split_at(split);
+        let number: f64 = number.parse().map_err(|_| wrong())?;
+        let bytes = match unit.trim().to_ascii_uppercase().as_str() {
+            "" if number == 0.0 => 1.0,
+            "B" => 1.0,
+            "K" | "KB" => 1e3,
+            "M" | "MB" => 1e6,
+            "G" | "GB" => 1e9,
+            "T" | "TB" => 1e12,
+            "KIB" => 1024.0,
+            "MIB" => 1024.0 * 1024.0,
+            "GIB" => 1024.0 * 1024.0 * 1024.0,
+            "TIB" => 1024.0 * 1024.0 * 1024.0 * 1024.0,
+            _ => return Err(wrong()),
+        };
+        let bytes = number * bytes;
+        if bytes < 1e18 { Ok(Self(bytes.round() as u64)) } else { Err(wrong()) }
+    }
+}
+
 /// A number such as a loss, with four digits that count: `0.01230`, `3.142e-5`, `1200`.
 pub fn number(value: f64) -> String {
     let magnitude = value.abs();
@@ -89,7 +119,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{count, duration, number, one_line, size, wrapped};
+    use super::{Size, count, duration, number, one_line, size, wrapped};
 
     #[test]
     fn times() {
@@ -101,6 +131,20 @@ mod tests {
     fn sizes() {
         let shown = [0, 999, 1000, 12_345, 999_949, 999_950, 1_200_000_000].map(size);
         assert_eq!(shown, ["0 B", "999 B", "1.00 KB", "12.3 KB", "999.9 KB", "1.00 MB", "1.20 GB"]);
+    }
+
+    #[test]
+    fn sizes_are_read() {
+        let read = |text: &str| text.parse::<Size>().ok().map(|size| size.0);
+        assert_eq!(read("20GB"), Some(20_000_000_000));
+        assert_eq!(read("1.5 TiB"), Some(1_649_267_441_664));
+        assert_eq!(
+            (read("500m"), read("12B"), read("0"), read("0.5k")),
+            (Some(500_000_000), Some(12), Some(0), Some(500))
+        );
+        for wrong in ["", "GB", "20", "-1GB", "2 apples", "1.2.3MB", "1e3KB", "9999999TB"] {
+            assert_eq!(read(wrong), None, "{wrong}");
+        }
     }
 
     #[test]

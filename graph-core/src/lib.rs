@@ -4,6 +4,7 @@
 //! [`document`] reads the RON text, [`plan`] flattens nested graphs into a wired plan and checks it,
 //! [`cook`] brings every node up to date through [`store`] and [`files`], and what a cook did is kept for `why`.
 
+pub mod care;
 pub mod cook;
 pub mod document;
 pub mod files;

@@ -64,6 +64,10 @@ impl Project {
     pub fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
         command.current_dir(self.folder.path()).env("GRIMACE_STORE", self.path(".grimace")).env("NO_COLOR", "1");
+        for name in ["GRIMACE_JOBS", "GRIMACE_COLOR", "GRIMACE_LOG", "GRIMACE_LOG_FILE"] {
+            command.env_remove(name);
+        }
+        command.env("XDG_CONFIG_HOME", self.path("config"));
         command
     }
 }

@@ -127,7 +127,12 @@ impl ValueKind {
 
     /// The digest of an encoding of this type.
     pub fn digest(&self, encoding: &[u8]) -> Digest {
-        crate::Hasher::new(self.name).number(u64::from(self.version)).bytes(encoding).finish()
+        Self::digest_named(self.name, self.version, encoding)
+    }
+
+    /// The same for a type of which only name and version are known.
+    pub fn digest_named(name: &str, version: u32, encoding: &[u8]) -> Digest {
+        crate::Hasher::new(name).number(u64::from(version)).bytes(encoding).finish()
     }
 }
 

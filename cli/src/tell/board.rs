@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn lines_are_as_long_as_wanted() {
         let lines = |quiet, verbose, width| {
-            let mut board = Board::new(Wanted { quiet, verbose }, width);
+            let mut board = Board::new(Wanted { quiet, verbose, plain: false }, width);
             board.take(started("train"));
             board.take(cooked("train"));
             board.take(Event::Notice { about: "train".into(), message: "is slow".into() });

@@ -22,4 +22,6 @@ pub struct Wanted {
     pub quiet: bool,
     /// Why each cell is cooked, and which were up to date.
     pub verbose: bool,
+    /// No bars, since other lines go to the same place.
+    pub plain: bool,
 }

@@ -45,7 +45,7 @@ impl People {
     /// A cook that nothing is known of yet.
     pub fn new(wanted: Wanted) -> Self {
         let term = Term::stderr();
-        let terminal = term.is_term() && !colours::dumb();
+        let terminal = term.is_term() && !colours::dumb() && !wanted.plain;
         let width = terminal.then(|| usize::from(term.size().1));
         let state = State { board: Board::new(wanted, width), over: false };
         Self { wanted, terminal, state: Mutex::new(state), over: Condvar::new() }

@@ -232,6 +232,9 @@ impl Engine {
         }
         self.unfold_now();
         self.run();
+        for damage in self.shared.store.take_damages() {
+            self.tell(|| Event::Notice { about: damage.file.display().to_string(), message: damage.message });
+        }
         if let Some(problem) = self.broken.take() {
             return Err(problem);
         }

@@ -51,6 +51,7 @@ impl Engine {
         }
         let desk =
             Desk { shared: &self.shared, name: &cell.name, key, file: cell.file.as_deref(), reads: Mutex::default() };
+        let _span = tracing::debug_span!("cook", cell = cell.name.as_str()).entered();
         let start = Instant::now();
         let mut outputs = desk.compute(cell.node.as_ref(), cell.item(), &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -129,7 +130,7 @@ impl Engine {
         let record = super::job::record_of(port, &blocks, value.axis(), value.summary());
         let slot = Slot::known(port.kind, record, self.shared.block_frames);
         if again_s > FILE_S + slot.record.bytes as f64 / READ_BYTES_A_SECOND {
-            self.shared.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
+            self.shared.store.put_pack(&port.kind, &slot.record.digest, &pack_of(&blocks))?;
             slot.now_stored();
         } else {
             *kept = false;

@@ -206,6 +206,7 @@ impl Job {
         if frame_key.is_some() && frame_key == before {
             return Ok(BlockResult { blocks: None, seconds: 0.0, frame_key });
         }
+        let _span = tracing::debug_span!("cook", cell = self.name.as_str(), first = own.start, end = own.end).entered();
         let start = Instant::now();
         let (mut outputs, _) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -230,6 +231,7 @@ impl Job {
     /// Computes the whole cell, and writes what is worth it to the store.
     pub fn whole(&self, shared: &Shared) -> Result<Finished, JobError> {
         let inputs = self.gather_inputs(shared, None)?;
+        let _span = tracing::debug_span!("cook", cell = self.name.as_str()).entered();
         let start = Instant::now();
         let (mut outputs, reads) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -271,7 +273,7 @@ fn keep(
     let record = record_of(port, &blocks, value.axis(), value.summary());
     let slot = Slot::known(port.kind, record, shared.block_frames);
     if write && worth_keeping(&slot.record, seconds) {
-        shared.store.put_pack(&slot.record.digest, &pack_of(&blocks))?;
+        shared.store.put_pack(&port.kind, &slot.record.digest, &pack_of(&blocks))?;
         slot.now_stored();
     }
     for (index, block) in blocks.into_iter().enumerate() {

@@ -88,7 +88,7 @@ impl Join {
         let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
         let slot = Slot::known(port.kind, record, frames.block);
         if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
-            store.put_pack(&slot.record.digest, &pack)?;
+            store.put_pack(&port.kind, &slot.record.digest, &pack)?;
             slot.now_stored();
         }
         for (block, outputs) in &self.done {

@@ -22,11 +22,16 @@ pub struct ValueRecord {
 impl ValueRecord {
     /// The root over block digests; a single block is its own root.
     pub fn root(kind: &ValueKind, blocks: &[Digest]) -> Digest {
+        Self::root_named(kind.name, kind.version, blocks)
+    }
+
+    /// The same for a type of which only name and version are known.
+    pub(crate) fn root_named(name: &str, version: u32, blocks: &[Digest]) -> Digest {
         if let [one] = blocks {
             return *one;
         }
         let mut hasher = Hasher::new("value");
-        hasher.bytes(kind.name.as_bytes()).number(u64::from(kind.version)).number(blocks.len() as u64);
+        hasher.bytes(name.as_bytes()).number(u64::from(version)).number(blocks.len() as u64);
         for block in blocks {
             hasher.digest(block);
         }

@@ -36,6 +36,28 @@ pub fn read(source: Arc<Source>) -> (Option<Graph>, Vec<Diagnostic>) {
     (graph, reader.mistakes)
 }
 
+/// A field's name, where that stands, and its value.
+pub(super) type NamedValue = (String, Span, Spanned<Literal>);
+
+/// The fields of a file of nothing but named fields, in the order of `known`, with all mistakes.
+pub(super) fn fields_of(source: &Arc<Source>, what: &str, known: &[&str]) -> (Vec<NamedValue>, Vec<Diagnostic>) {
+    let parsed = parse(&source.text);
+    let mistakes = parsed.errors.into_iter().map(|error| {
+        Diagnostic::at("syntax", source, error.span, error.message).label(error.label).may_help(error.help)
+    });
+    let mut reader = Reader { mistakes: mistakes.collect(), source: Arc::clone(source), sound: true };
+    let fields = parsed.value.and_then(|value| reader.fields(value, what, known));
+    let taken = fields.into_iter().flat_map(|mut fields| {
+        let take = |name: &&str| {
+            let span = fields.span(name)?;
+            Some(((*name).to_owned(), span, fields.take(name)?))
+        };
+        known.iter().filter_map(take).collect::<Vec<_>>()
+    });
+    let taken = taken.collect();
+    (taken, reader.mistakes)
+}
+
 const EXAMPLE: &str = "a graph looks like ( grimace: 1, nodes: { \"head\": (kind: \"sample_actor\") } )";
 
 /// Collects the mistakes of one file.

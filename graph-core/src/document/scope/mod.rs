@@ -37,6 +37,11 @@ impl Scope {
         Self { source: None, values: BTreeMap::new(), environment: Arc::clone(environment) }
     }
 
+    /// The scope of a file without parameters.
+    pub(in crate::document) fn file(source: &Arc<Source>) -> Self {
+        Self { source: Some(Arc::clone(source)), values: BTreeMap::new(), environment: process_environment() }
+    }
+
     /// The scope of `graph` with the values `given` from outside in place of the defaults.
     fn open(
         graph: &Graph,

@@ -1,6 +1,13 @@
 //! What may be written on the command line. Each command's help ends with examples.
 
+mod cache;
+mod shell;
+
+pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
+pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
+
 use crate::colours::When;
+use crate::logs::Level;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -11,7 +18,8 @@ use std::path::PathBuf;
     version,
     about = "Cooks graphs of facial performance work, and recomputes only what a change touches",
     after_help = "Exit codes: 0 fine, 1 the graph is wrong, 2 the command line is wrong, 3 nodes failed, 130 cancelled.\n\
-                  Environment: GRIMACE_STORE is where results are kept; NO_COLOR turns colours off.",
+                  Settings: GRIMACE_STORE, GRIMACE_JOBS, GRIMACE_COLOR, GRIMACE_LOG, GRIMACE_LOG_FILE and files called \
+                  grimace.ron, see `grimace config explain`; NO_COLOR turns colours off.",
     subcommand_required = true,
     arg_required_else_help = true,
     disable_help_subcommand = true,
@@ -30,8 +38,14 @@ pub struct Cli {
 #[derive(Debug, Args)]
 pub struct Global {
     /// When to write in colours: auto, always or never
-    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value_t, hide_possible_values = true)]
-    pub color: When,
+    #[arg(long, global = true, value_name = "WHEN", value_enum, hide_possible_values = true)]
+    pub color: Option<When>,
+    /// Write a log, with everything up to this level: off, error, warn, info, debug or trace [default: off]
+    #[arg(long, global = true, value_name = "LEVEL", value_enum, hide_possible_values = true)]
+    pub log: Option<Level>,
+    /// Where the log goes, as JSON where the name ends in .json or .jsonl [default: standard error]
+    #[arg(long, global = true, value_name = "FILE")]
+    pub log_file: Option<PathBuf>,
     /// Only show what went wrong
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     pub quiet: bool,
@@ -59,6 +73,38 @@ pub enum Command {
     Inspect(Inspect),
     /// Look after the store of results
     Cache(Cache),
+    /// Say what settings there are, and what set them
+    Config(Config),
+    /// Print a script that completes commands and options in a shell
+    Completions(Completions),
+    /// Print manual pages, or write them into a folder
+    Man(Man),
+}
+
+impl Command {
+    /// The graph that the command is about, where it is about one.
+    pub fn graph(&mut self) -> Option<&PathBuf> {
+        match self {
+            Self::Run(Run { graph, .. })
+            | Self::Check(Check { graph, .. })
+            | Self::Plan(Plan { graph, .. })
+            | Self::Dot(Dot { graph }) => Some(&graph.graph),
+            Self::Why(why) => Some(&why.graph),
+            Self::Cache(cache) => cache.command.place().0,
+            Self::Config(Config { command: ConfigCommand::Explain(explain) }) => explain.graph.as_ref(),
+            Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,
+        }
+    }
+
+    /// The store that the command uses, and how it cooks.
+    pub fn settable(&mut self) -> (Option<&mut StoreArguments>, Option<&mut CookArguments>) {
+        match self {
+            Self::Run(Run { store, cook, .. }) | Self::Plan(Plan { store, cook, .. }) => (Some(store), Some(cook)),
+            Self::Why(why) => (Some(&mut why.store), None),
+            Self::Cache(cache) => (Some(cache.command.place().1), None),
+            _ => (None, None),
+        }
+    }
 }
 
 /// The graph of a command.
@@ -79,7 +125,7 @@ pub struct GraphArguments {
 #[derive(Debug, Args)]
 pub struct StoreArguments {
     /// Where results are kept [default: .grimace beside the graph]
-    #[arg(long, value_name = "DIR", env = "GRIMACE_STORE", hide_env_values = true)]
+    #[arg(long, value_name = "DIR")]
     pub store: Option<PathBuf>,
 }
 
@@ -114,6 +160,9 @@ pub struct Run {
     /// Print what happens as JSON, one event a line; the last is the summary
     #[arg(long)]
     pub json: bool,
+    /// Write what each thread did when, as a trace for Chrome or Perfetto
+    #[arg(long, value_name = "FILE")]
+    pub profile: Option<PathBuf>,
 }
 
 /// `grimace check`
@@ -196,36 +245,6 @@ pub struct Inspect {
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// Print what was found as JSON, one file a line
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `grimace cache`
-#[derive(Debug, Args)]
-pub struct Cache {
-    /// What to do with the store.
-    #[command(subcommand)]
-    pub command: CacheCommand,
-}
-
-/// The commands of `grimace cache`.
-#[derive(Debug, Subcommand)]
-pub enum CacheCommand {
-    /// Say how much the store holds
-    Stat(CacheStat),
-}
-
-/// `grimace cache stat`
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  grimace cache stat graph.ron\n  grimace cache stat --store /shows/store --json")]
-pub struct CacheStat {
-    /// The graph whose store is meant [default: the store in this folder]
-    #[arg(value_name = "GRAPH")]
-    pub graph: Option<PathBuf>,
-    /// The store.
-    #[command(flatten)]
-    pub store: StoreArguments,
-    /// Print the counts as JSON
     #[arg(long)]
     pub json: bool,
 }
