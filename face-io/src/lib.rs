@@ -8,6 +8,8 @@
 //! |---|---|
 //! | [`c3d`] | markers, as motion capture systems write them |
 //! | [`marker_csv`] | markers as tables |
+//! | [`camera_json`] | calibrated cameras |
+//! | [`view_csv`] | 2D markers that cameras saw, as tables |
 //! | [`curves`] | animation curves as tables, plain or of Live Link Face |
 //! | [`gltf`] | rigs with morph targets, and animated heads to look at |
 //! | [`regions`] | which markers and channels belong together |
@@ -16,6 +18,7 @@
 //! [`inspect()`] says what any of these files holds.
 
 pub mod c3d;
+pub mod camera_json;
 mod csv;
 pub mod curves;
 mod error;
@@ -25,6 +28,7 @@ pub mod marker_csv;
 pub mod png;
 pub mod regions;
 mod units;
+pub mod view_csv;
 
 pub use csv::{CsvError, csv_line};
 pub use error::{ReadError, Sibling, WriteError, no_sibling};

@@ -4,7 +4,8 @@ use crate::c3d::Take;
 use crate::curves::CurveTable;
 use crate::gltf::Outline;
 use crate::marker_csv::MarkerTable;
-use face_math::data::{Driver, Image, Regions};
+use crate::view_csv::ViewTable;
+use face_math::data::{Cameras, Driver, Image, Regions};
 use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -25,7 +26,7 @@ pub enum Stats {
 /// What a file holds. What does not apply is left out of the JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Inspection {
-    /// `markers`, `curves`, `rig`, `mesh`, `image`, `landmarks` or `regions`.
+    /// `markers`, `curves`, `rig`, `mesh`, `image`, `landmarks`, `views`, `cameras` or `regions`.
     pub kind: &'static str,
     /// The format and its flavour.
     pub format: String,
@@ -130,6 +131,25 @@ pub(super) fn marker_table(table: &MarkerTable) -> Inspection {
     (facts.frames, facts.first_frame, facts.rate_hz) = (Some(table.frames), Some(table.first_frame), table.rate_hz);
     facts.unit = Some(table.unit.to_string());
     facts
+}
+
+pub(super) fn views(table: &ViewTable) -> Inspection {
+    let seen = table.points_px.iter().filter(|point| !point.is_nan());
+    let points = seen.map(|point| [f64::from(point.x), f64::from(point.y)]);
+    let mut facts = Inspection::new("views", "CSV, 2D markers of cameras").range(points);
+    facts.missing = Some(table.points_px.iter().filter(|point| point.is_nan()).count());
+    facts.names.clone_from(&table.markers);
+    (facts.frames, facts.first_frame, facts.rate_hz) = (Some(table.frames), Some(table.first_frame), table.rate_hz);
+    facts.unit = Some("px".to_owned());
+    facts.more("cameras", table.cameras.clone())
+}
+
+pub(super) fn cameras(cameras: &Cameras) -> Inspection {
+    let mut facts = Inspection::new("cameras", "JSON, calibrated cameras");
+    facts.names = cameras.names();
+    let eyes: Map<String, Value> =
+        cameras.cameras().iter().map(|camera| (camera.name.clone(), json!(camera.eye_m().to_array()))).collect();
+    facts.more("positions_m", eyes)
 }
 
 pub(super) fn curves(table: &CurveTable) -> Inspection {

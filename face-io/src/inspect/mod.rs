@@ -6,11 +6,12 @@ mod landmarks;
 pub use facts::{Inspection, Stats};
 
 use crate::csv::{Table, text};
-use crate::{ReadError, Sibling, c3d, curves, gltf, marker_csv, png, regions};
+use crate::{ReadError, Sibling, c3d, camera_json, curves, gltf, marker_csv, png, regions, view_csv};
 
 /// What can be read, for messages.
-const READABLE: &str = "C3D takes, glTF and GLB rigs, tables of curves, Live Link Face recordings, tables of markers \
-                        or landmarks (CSV), PNG pictures, regions (JSON or RON)";
+const READABLE: &str = "C3D takes, glTF and GLB rigs, tables of curves, Live Link Face recordings, tables of markers, \
+                        landmarks or views of cameras (CSV), PNG pictures, \
+                        calibrated cameras (JSON), regions (JSON or RON)";
 
 /// The kinds of file.
 #[derive(Clone, Copy)]
@@ -21,6 +22,8 @@ enum Kind {
     Curves,
     Markers,
     Landmarks,
+    Views,
+    Cameras,
     Regions,
 }
 
@@ -43,6 +46,8 @@ pub fn inspect(name: &str, bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<In
         Kind::Curves => facts::curves(&curves::open(bytes)?),
         Kind::Markers => facts::marker_table(&marker_csv::open(bytes)?),
         Kind::Landmarks => landmarks::facts(&Table::read(text(bytes)?)?)?,
+        Kind::Views => facts::views(&view_csv::open(bytes)?),
+        Kind::Cameras => facts::cameras(&camera_json::read(bytes)?),
         Kind::Regions => facts::regions(&regions::read(bytes)?),
     })
 }
@@ -61,8 +66,13 @@ fn by_content(bytes: &[u8]) -> Option<Kind> {
     if text.trim_start().starts_with(['{', '(', '/', '#']) && regions::detect(bytes) {
         return Some(Kind::Regions);
     }
+    if text.trim_start().starts_with('{') && camera_json::detect(bytes) {
+        return Some(Kind::Cameras);
+    }
     let table = Table::read(text).ok()?;
-    if marker_csv::detect(&table) {
+    if view_csv::detect(&table) {
+        Some(Kind::Views)
+    } else if marker_csv::detect(&table) {
         Some(Kind::Markers)
     } else if landmarks::detect(&table) {
         Some(Kind::Landmarks)

@@ -10,6 +10,7 @@ mod meshes;
 mod noise;
 mod regions;
 mod rig;
+mod shape_space;
 mod views;
 
 pub use attachment::{Attachment, SurfacePoint};
@@ -21,6 +22,7 @@ pub use markers::Markers;
 pub use meshes::Meshes;
 pub use noise::{MarkerNoise, NoiseOfMarker};
 pub use regions::{Region, Regions};
+pub use shape_space::ShapeSpace;
 pub use rig::{Driver, JawMotion, JawSkin, Part, Rig, Shape};
 pub use views::Views;
 
