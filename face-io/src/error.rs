@@ -4,6 +4,7 @@
 //! at the border of the crate. None of them knows the name of the file: whoever handed the bytes over adds it.
 
 use crate::c3d::C3dError;
+use crate::camera_json::CamerasError;
 use crate::csv::CsvError;
 use crate::gltf::GltfError;
 use crate::png::PngError;
@@ -45,6 +46,9 @@ pub enum ReadError {
     /// A file of regions.
     #[error("regions: {0}")]
     Regions(#[from] RegionsError),
+    /// A file of calibrated cameras.
+    #[error("cameras: {0}")]
+    Cameras(#[from] CamerasError),
     /// None of the kinds of file that can be read.
     #[error("`{name}` is none of the kinds of file that are read here: {readable}")]
     Unknown {

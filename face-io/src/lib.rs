@@ -9,6 +9,8 @@
 //! | [`markers`] | markers of every kind of file, told apart by content; TRC, Motive, Vicon and `OpenFace` themselves |
 //! | [`c3d`] | markers, as motion capture systems write them |
 //! | [`marker_csv`] | markers as tables |
+//! | [`camera_json`] | calibrated cameras |
+//! | [`view_csv`] | 2D markers that cameras saw, as tables |
 //! | [`curves`] | animation curves as tables, plain or of Live Link Face |
 //! | [`gltf`] | rigs with morph targets, and animated heads to look at |
 //! | [`regions`] | which markers and channels belong together |
@@ -17,6 +19,7 @@
 //! [`inspect()`] says what any of these files holds.
 
 pub mod c3d;
+pub mod camera_json;
 mod csv;
 pub mod curves;
 mod error;
@@ -27,6 +30,7 @@ pub mod markers;
 pub mod png;
 pub mod regions;
 mod units;
+pub mod view_csv;
 
 pub use csv::{CsvError, csv_line};
 pub use error::{ReadError, Sibling, WriteError, no_sibling};

@@ -4,6 +4,7 @@ use crate::node::Mix;
 use crate::shape::Shape;
 use crate::{Round, timed};
 use graph_core::cook::{Engine, Options};
+use graph_core::node::Node;
 use graph_core::plan::load;
 use graph_core::store::Store;
 use std::fmt::Write;
@@ -17,6 +18,10 @@ fn text(shape: &Shape) -> String {
         let _ = writeln!(text, "\"n{node}\": (kind: \"mix\", in: {{{}}}, with: (salt: {})),", wires.join(", "), node * 2);
     }
     text + "})\n"
+}
+
+fn mixed(salt: u64) -> Arc<dyn Node> {
+    Arc::new(Mix { salt })
 }
 
 pub fn round(shape: &Shape) -> Round {
@@ -39,12 +44,12 @@ pub fn round(shape: &Shape) -> Round {
     assert_eq!(cooked, 0);
     let at = shape.hundredth();
     let (edit, cooked) = timed(|| {
-        engine.exchange(&format!("n{at}"), Arc::new(Mix { salt: 1_000_000_007 * 2 })).expect("there is such a node");
+        engine.exchange(&format!("n{at}"), &mixed(1_000_000_007 * 2)).expect("there is such a node");
         cook(&mut engine)
     });
     assert!(cooked * 100 >= shape.nodes() && cooked * 100 <= shape.nodes() * 3, "{cooked}");
     let (cut_off, cooked) = timed(|| {
-        engine.exchange("n0", Arc::new(Mix { salt: 1 })).expect("there is such a node");
+        engine.exchange("n0", &mixed(1)).expect("there is such a node");
         cook(&mut engine)
     });
     assert_eq!(cooked, 1);

@@ -3,7 +3,8 @@
 use crate::curves::CurveTable;
 use crate::gltf::Outline;
 use crate::markers::MarkerFile;
-use face_math::data::{Driver, Image, Regions};
+use crate::view_csv::ViewTable;
+use face_math::data::{Cameras, Driver, Image, Regions};
 use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -24,7 +25,7 @@ pub enum Stats {
 /// What a file holds. What does not apply is left out of the JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Inspection {
-    /// `markers`, `curves`, `rig`, `mesh`, `image`, `landmarks` or `regions`.
+    /// `markers`, `curves`, `rig`, `mesh`, `image`, `landmarks`, `views`, `cameras` or `regions`.
     pub kind: &'static str,
     /// The format and its flavour.
     pub format: String,
@@ -136,6 +137,25 @@ pub(super) fn markers(file: &MarkerFile) -> Inspection {
         facts = facts.more("points_at_origin", at_origin);
     }
     facts.more("never_seen", json!(never)).more("renamed", file.renamed.clone()).more("left_out", file.left_out.clone())
+}
+
+pub(super) fn views(table: &ViewTable) -> Inspection {
+    let seen = table.points_px.iter().filter(|point| !point.is_nan());
+    let points = seen.map(|point| [f64::from(point.x), f64::from(point.y)]);
+    let mut facts = Inspection::new("views", "CSV, 2D markers of cameras").range(points);
+    facts.missing = Some(table.points_px.iter().filter(|point| point.is_nan()).count());
+    facts.names.clone_from(&table.markers);
+    (facts.frames, facts.first_frame, facts.rate_hz) = (Some(table.frames), Some(table.first_frame), table.rate_hz);
+    facts.unit = Some("px".to_owned());
+    facts.more("cameras", table.cameras.clone())
+}
+
+pub(super) fn cameras(cameras: &Cameras) -> Inspection {
+    let mut facts = Inspection::new("cameras", "JSON, calibrated cameras");
+    facts.names = cameras.names();
+    let eyes: Map<String, Value> =
+        cameras.cameras().iter().map(|camera| (camera.name.clone(), json!(camera.eye_m().to_array()))).collect();
+    facts.more("positions_m", eyes)
 }
 
 pub(super) fn curves(table: &CurveTable) -> Inspection {

@@ -6,11 +6,12 @@ mod landmarks;
 pub use facts::{Inspection, Stats};
 
 use crate::csv::{Table, first_names, text};
-use crate::{ReadError, Sibling, curves, gltf, markers, png, regions};
+use crate::{ReadError, Sibling, camera_json, curves, gltf, markers, png, regions, view_csv};
 
 /// What can be read, for messages.
 const READABLE: &str = "C3D and TRC takes, glTF and GLB rigs, tables of curves, Live Link Face recordings, tables of markers \
-                        (plain, of Motive, Vicon or OpenFace) or landmarks (CSV), PNG pictures, regions (JSON or RON)";
+                        (plain, of Motive, Vicon or OpenFace), landmarks or views of cameras (CSV), PNG pictures, \
+                        calibrated cameras (JSON), regions (JSON or RON)";
 
 /// The kinds of file.
 #[derive(Clone, Copy)]
@@ -20,6 +21,8 @@ enum Kind {
     Png,
     Curves,
     Landmarks,
+    Views,
+    Cameras,
     Regions,
 }
 
@@ -41,6 +44,8 @@ pub fn inspect(name: &str, bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<In
         Kind::Png => facts::picture(&png::read(bytes)?),
         Kind::Curves => facts::curves(&curves::open(bytes)?),
         Kind::Landmarks => landmarks::facts(&Table::read(text(bytes)?)?)?,
+        Kind::Views => facts::views(&view_csv::open(bytes)?),
+        Kind::Cameras => facts::cameras(&camera_json::read(bytes)?),
         Kind::Regions => facts::regions(&regions::read(bytes)?),
     })
 }
@@ -62,8 +67,13 @@ fn by_content(bytes: &[u8]) -> Option<Kind> {
     if text.trim_start().starts_with(['{', '(', '/', '#']) && regions::detect(bytes) {
         return Some(Kind::Regions);
     }
+    if text.trim_start().starts_with('{') && camera_json::detect(bytes) {
+        return Some(Kind::Cameras);
+    }
     let table = Table::read(text).ok()?;
-    if landmarks::detect(&table) {
+    if view_csv::detect(&table) {
+        Some(Kind::Views)
+    } else if landmarks::detect(&table) {
         Some(Kind::Landmarks)
     } else if curves::detect(&table) {
         Some(Kind::Curves)

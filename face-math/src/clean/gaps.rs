@@ -5,7 +5,7 @@
 //!
 //! A longer gap, or one that reaches the start or end of the take, follows the markers that are seen in the same frame:
 //! v being the marker's place on the face at rest, s(t) = f(v) is that place moved by its k nearest seen neighbours
-//! ([`LocalMotion`]). Faces do not bend quite as their neighbours say, so what was missing from it while the marker was
+//! ([`LocalMotion`](super::local_motion::LocalMotion)). Faces do not bend quite as their neighbours say, so what was missing from it while the marker was
 //! still seen is carried into the gap. For an end e of the gap, F the up to three seen frames at it, and s, R from the
 //! neighbours seen in t and in all of F,
 //!
@@ -17,16 +17,22 @@
 //! (inverse distance weights in time, after Shepard, "A two-dimensional interpolation function for irregularly-spaced
 //! data", 1968), so that the fill leaves one end, comes in at the other, and trusts the neighbours alone from C frames on.
 //!
+//! Where the shapes that the whole face takes are known ([`ShapeSpace`]), s and R come from all seen markers by those
+//! ([`Guide`]) instead of from the neighbours; the rest is the same.
+//!
 //! Frame t depends on the frames t − H to t + H alone, H = max(G, C) + 2, so a take can be filled block by block.
 
 use super::bridge::{End, Outer, bridge};
-use super::local_motion::LocalMotion;
-use crate::data::{DataError, Markers};
+use super::guide::{Guide, Neighbourhood, ShapePlan};
+use crate::data::{DataError, Markers, ShapeSpace};
 use glam::{DVec3, Vec3};
 use std::ops::RangeInclusive;
 
 /// Frames beyond an end that are looked at: for the slope there, and for what is carried from there.
 const BEYOND: usize = 2;
+
+/// Markers that a shape space must share with a take.
+const LEAST_SHARED: usize = 6;
 
 /// How to fill gaps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +65,23 @@ pub struct Filled {
     pub markers: Markers,
     /// How many points were filled in each frame.
     pub filled: Vec<usize>,
+    /// Where each point comes from, in the order of the positions.
+    pub sources: Vec<Source>,
+}
+
+/// Where a point of a filled take comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Nothing could fill it.
+    Missing,
+    /// It was seen.
+    Seen,
+    /// Bridged from the frames around it.
+    Time,
+    /// From the markers beside it.
+    Neighbours,
+    /// From the shapes that the face takes.
+    Shapes,
 }
 
 /// Why gaps cannot be filled.
@@ -75,6 +98,14 @@ pub enum GapError {
         "the face at rest places {shared} of the take's {markers} markers; at least three are needed, under the same names"
     )]
     NeutralMarkers {
+        /// Markers that both have.
+        shared: usize,
+        /// Markers of the take.
+        markers: usize,
+    },
+    /// The shape space and the take share too few markers.
+    #[error("the shape space knows {shared} of the take's {markers} markers; learn it from markers of the same names")]
+    Shapes {
         /// Markers that both have.
         shared: usize,
         /// Markers of the take.
@@ -100,36 +131,55 @@ pub enum GapError {
 }
 
 /// Fills the gaps of `take` (metres). `neutral` is one frame with the markers' places on the face at rest (metres), in any
-/// pose of the head and any order; without it, and for markers that it lacks, only short gaps are filled.
+/// pose of the head and any order. `shapes` are those that the face takes; they go before the neighbours. For markers that
+/// neither has, only short gaps are filled.
 ///
 /// # Errors
-/// Where `neutral` has not one frame or shares fewer than three markers with the take, fewer than three neighbours are
-/// asked for, or a point is infinite.
-pub fn fill_gaps(take: &Markers, neutral: Option<&Markers>, options: &GapOptions) -> Result<Filled, GapError> {
+/// Where `neutral` has not one frame or shares fewer than three markers with the take, `shapes` share too few, fewer than
+/// three neighbours are asked for, or a point is infinite.
+pub fn fill_gaps(
+    take: &Markers,
+    neutral: Option<&Markers>,
+    shapes: Option<&ShapeSpace>,
+    options: &GapOptions,
+) -> Result<Filled, GapError> {
     if options.neighbours < 3 {
         return Err(GapError::Neighbours { neighbours: options.neighbours });
     }
     let seen = Seen::new(take)?;
     let rest = neutral.map(|neutral| places(take, neutral)).transpose()?;
+    let plan = shapes.map(|shapes| ShapePlan::new(shapes, take.names()));
+    if let Some(plan) = plan.as_ref().filter(|plan| plan.shared() < LEAST_SHARED) {
+        return Err(GapError::Shapes { shared: plan.shared(), markers: take.names().len() });
+    }
     let mut positions = take.positions().to_vec();
     let mut filled = vec![0; take.frames()];
+    let mut sources = vec![Source::Seen; positions.len()];
     for column in 0..seen.width {
         let gaps: Vec<usize> = (0..take.frames()).filter(|frame| seen.at(column, *frame).is_none()).collect();
         if gaps.is_empty() {
             continue;
         }
-        let neighbourhood = rest.as_ref().and_then(|rest| Neighbourhood::of(column, rest, options.neighbours));
+        let by_shapes = plan.as_ref().and_then(|plan| plan.guide(column)).map(|own| (Guide::Shapes(own), Source::Shapes));
+        let guide = by_shapes.or_else(|| {
+            let own = Neighbourhood::of(column, rest.as_ref()?, options.neighbours)?;
+            Some((Guide::Neighbours(own), Source::Neighbours))
+        });
         for frame in gaps {
-            let place = seen
-                .bridged(column, frame, options.max_gap_frames)
-                .or_else(|| neighbourhood.as_ref()?.fill(&seen, frame, options.carry_frames));
-            if let Some(place) = place {
-                positions[frame * seen.width + column] = place.as_vec3();
+            let bridged = seen.bridged(column, frame, options.max_gap_frames).map(|place| (place, Source::Time));
+            let found = bridged.or_else(|| {
+                let (guide, source) = guide.as_ref()?;
+                Some((guided(&seen, guide, column, frame, options.carry_frames)?, *source))
+            });
+            let index = frame * seen.width + column;
+            sources[index] = found.map_or(Source::Missing, |(_, source)| source);
+            if let Some((place, _)) = found {
+                positions[index] = place.as_vec3();
                 filled[frame] += 1;
             }
         }
     }
-    Ok(Filled { markers: take.with_positions(positions)?, filled })
+    Ok(Filled { markers: take.with_positions(positions)?, filled, sources })
 }
 
 /// Where each marker of the take is on the face at rest, in metres.
@@ -150,7 +200,7 @@ fn places(take: &Markers, neutral: &Markers) -> Result<Vec<Option<DVec3>>, GapEr
 }
 
 /// A take, asked for points that were seen.
-struct Seen<'a> {
+pub(super) struct Seen<'a> {
     positions: &'a [Vec3],
     width: usize,
     frames: usize,
@@ -170,7 +220,7 @@ impl<'a> Seen<'a> {
     }
 
     /// The place of a marker in a frame (metres), where it was seen.
-    fn at(&self, column: usize, frame: usize) -> Option<DVec3> {
+    pub fn at(&self, column: usize, frame: usize) -> Option<DVec3> {
         let point = self.positions[frame * self.width + column];
         (!point.is_nan()).then(|| point.as_dvec3())
     }
@@ -211,71 +261,36 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// A marker on the face at rest, and the others by their distance from it.
-struct Neighbourhood {
-    column: usize,
-    /// Place of the marker at rest, in metres.
-    place: DVec3,
-    /// Columns and places at rest (metres) of the other markers, nearest first.
-    others: Vec<(usize, DVec3)>,
-    /// k.
-    count: usize,
+/// The place of the marker `column` in `frame` (metres), by what guides it and by what is carried from up to `carry`
+/// frames away.
+fn guided(seen: &Seen<'_>, guide: &Guide<'_>, column: usize, frame: usize, carry: usize) -> Option<DVec3> {
+    let alone = guide.motion(seen, frame, &guide.chosen(seen, &[frame]))?.moved;
+    let least = 1.0 / (carry + 1) as f64;
+    let (mut sum, mut total) = (alone * least, least);
+    let ends = [
+        seen.before(column, frame, carry).map(|end| (end, end.saturating_sub(BEYOND)..=end)),
+        seen.after(column, frame, carry).map(|end| (end, end..=end + BEYOND)),
+    ];
+    for (end, near) in ends.into_iter().flatten() {
+        let near = seen.frames_seen(column, near);
+        if let Some(place) = carried(seen, guide, column, frame, &near) {
+            let weight = 1.0 / frame.abs_diff(end) as f64 - least;
+            sum += place * weight;
+            total += weight;
+        }
+    }
+    Some(sum / total)
 }
 
-impl Neighbourhood {
-    /// Around the marker `column`, where the face at rest has it.
-    fn of(column: usize, rest: &[Option<DVec3>], count: usize) -> Option<Self> {
-        let place = rest[column]?;
-        let all = rest.iter().enumerate().filter(|(other, _)| *other != column);
-        let mut others: Vec<(usize, DVec3)> = all.filter_map(|(other, place)| Some((other, (*place)?))).collect();
-        others.sort_by(|(_, a), (_, b)| a.distance_squared(place).total_cmp(&b.distance_squared(place)));
-        Some(Self { column, place, others, count })
+/// xₑ: the place in `frame` (metres), as the seen frames `near` an end say it.
+fn carried(seen: &Seen<'_>, guide: &Guide<'_>, column: usize, frame: usize, near: &[usize]) -> Option<DVec3> {
+    let all: Vec<usize> = near.iter().copied().chain([frame]).collect();
+    let chosen = guide.chosen(seen, &all);
+    let now = guide.motion(seen, frame, &chosen)?;
+    let mut offset = DVec3::ZERO;
+    for other in near {
+        let then = guide.motion(seen, *other, &chosen)?;
+        offset += then.rotation.transpose() * (seen.at(column, *other)? - then.moved);
     }
-
-    /// The place of the marker in `frame` (metres), by its neighbours and by what is carried from up to `carry` frames
-    /// away.
-    fn fill(&self, seen: &Seen<'_>, frame: usize, carry: usize) -> Option<DVec3> {
-        let alone = self.motion(seen, frame, &self.chosen(seen, &[frame]))?.moved;
-        let least = 1.0 / (carry + 1) as f64;
-        let (mut sum, mut total) = (alone * least, least);
-        let ends = [
-            seen.before(self.column, frame, carry).map(|end| (end, end.saturating_sub(BEYOND)..=end)),
-            seen.after(self.column, frame, carry).map(|end| (end, end..=end + BEYOND)),
-        ];
-        for (end, near) in ends.into_iter().flatten() {
-            let near = seen.frames_seen(self.column, near);
-            if let Some(place) = self.carried(seen, frame, &near) {
-                let weight = 1.0 / frame.abs_diff(end) as f64 - least;
-                sum += place * weight;
-                total += weight;
-            }
-        }
-        Some(sum / total)
-    }
-
-    /// xₑ: the place in `frame` (metres), as the seen frames `near` an end say it.
-    fn carried(&self, seen: &Seen<'_>, frame: usize, near: &[usize]) -> Option<DVec3> {
-        let all: Vec<usize> = near.iter().copied().chain([frame]).collect();
-        let chosen = self.chosen(seen, &all);
-        let now = self.motion(seen, frame, &chosen)?;
-        let mut offset = DVec3::ZERO;
-        for other in near {
-            let then = self.motion(seen, *other, &chosen)?;
-            offset += then.rotation.transpose() * (seen.at(self.column, *other)? - then.moved);
-        }
-        Some(now.moved + now.rotation * (offset / near.len() as f64))
-    }
-
-    /// The nearest neighbours that are seen in all of `frames`.
-    fn chosen(&self, seen: &Seen<'_>, frames: &[usize]) -> Vec<(usize, DVec3)> {
-        let always = |(column, _): &&(usize, DVec3)| frames.iter().all(|frame| seen.at(*column, *frame).is_some());
-        self.others.iter().filter(always).take(self.count).copied().collect()
-    }
-
-    /// How the neighbours `chosen` moved from rest to `frame`.
-    fn motion(&self, seen: &Seen<'_>, frame: usize, chosen: &[(usize, DVec3)]) -> Option<LocalMotion> {
-        let rest: Vec<DVec3> = chosen.iter().map(|(_, place)| *place).collect();
-        let now: Option<Vec<DVec3>> = chosen.iter().map(|(column, _)| seen.at(*column, frame)).collect();
-        LocalMotion::fit(self.place, &rest, &now?)
-    }
+    Some(now.moved + now.rotation * (offset / near.len() as f64))
 }

@@ -1,6 +1,6 @@
 //! Tests of [`fill_gaps`]: motion found again, blocks and whole alike, and what must stay as it is.
 
-use super::{GapError, GapOptions, fill_gaps};
+use super::{GapError, GapOptions, Source, fill_gaps, learn_shapes};
 use crate::data::Markers;
 use glam::{Quat, Vec3};
 use std::ops::Range;
@@ -73,7 +73,7 @@ fn smooth_motion_is_found_again_in_short_gaps() {
     let take = take();
     for (length, limit_mm) in [(1, 0.01), (4, 0.1), (12, 1.5)] {
         let gaps: Vec<_> = (0..36).map(|marker| (marker, 20 + 3 * marker..20 + 3 * marker + length)).collect();
-        let filled = fill_gaps(&without(&take, &gaps), None, &GapOptions::default()).unwrap();
+        let filled = fill_gaps(&without(&take, &gaps), None, None, &GapOptions::default()).unwrap();
         let worst = worst_mm(&filled.markers, &take);
         assert!(worst < limit_mm, "{length} frames: {worst} mm");
         assert_eq!(filled.filled.iter().sum::<usize>(), 36 * length);
@@ -87,7 +87,7 @@ fn one_second_gaps_mm(neutral: Option<&Markers>, options: &GapOptions) -> (f32, 
     let width = take.names().len();
     let (mut squares, mut step) = (0.0, 0.0_f32);
     for marker in 0..width {
-        let filled = fill_gaps(&without(&take, &[(marker, gap.clone())]), neutral, options).unwrap().markers;
+        let filled = fill_gaps(&without(&take, &[(marker, gap.clone())]), neutral, None, options).unwrap().markers;
         let error = |frame: usize| filled.frame(frame)[marker] - take.frame(frame)[marker];
         squares += gap.clone().map(|frame| error(frame).length_squared()).sum::<f32>();
         step = step.max(error(gap.start).length()).max(error(gap.end - 1).length());
@@ -119,7 +119,7 @@ fn what_rides_on_a_head_is_found_exactly_though_it_sits_off_its_place() {
     });
     let take = Markers::new(FrameAxis::new(80, 60.0), neutral.names().to_vec(), positions.collect()).unwrap();
     let options = GapOptions { carry_frames: 1000, ..GapOptions::default() };
-    let filled = fill_gaps(&without(&take, &[(8, 20..60)]), Some(&neutral), &options).unwrap();
+    let filled = fill_gaps(&without(&take, &[(8, 20..60)]), Some(&neutral), None, &options).unwrap();
     assert!(worst_mm(&filled.markers, &take) < 0.1, "{}", worst_mm(&filled.markers, &take));
 }
 
@@ -129,14 +129,14 @@ fn blocks_are_the_whole_bit_for_bit() {
     let short = GapOptions { max_gap_frames: 3, carry_frames: 0, neighbours: 3 };
     for options in [GapOptions::default(), short, GapOptions { max_gap_frames: 40, ..short }] {
         for neutral in [None, Some(&neutral)] {
-            let whole = fill_gaps(&gapped, neutral, &options).unwrap();
+            let whole = fill_gaps(&gapped, neutral, None, &options).unwrap();
             for block in [1, 7, 32] {
                 for start in (0..FRAMES).step_by(block) {
                     let end = (start + block).min(FRAMES);
                     let halo = options.halo_frames();
                     let from = start.saturating_sub(halo);
                     let part = cut(&gapped, from..(end + halo).min(FRAMES));
-                    let part = fill_gaps(&part, neutral, &options).unwrap();
+                    let part = fill_gaps(&part, neutral, None, &options).unwrap();
                     let own = cut(&part.markers, start - from..end - from);
                     assert_eq!(bits(&own), bits(&cut(&whole.markers, start..end)), "{options:?} {start}..{end}");
                     assert_eq!(part.filled[start - from..end - from], whole.filled[start..end]);
@@ -149,7 +149,7 @@ fn blocks_are_the_whole_bit_for_bit() {
 #[test]
 fn seen_points_stay_as_they_were_and_every_fill_is_counted() {
     let gapped = without(&take(), &gaps());
-    let filled = fill_gaps(&gapped, Some(&neutral()), &GapOptions::default()).unwrap();
+    let filled = fill_gaps(&gapped, Some(&neutral()), None, &GapOptions::default()).unwrap();
     for (before, after) in gapped.positions().iter().zip(filled.markers.positions()) {
         assert!(before.is_nan() || before.to_array().map(f32::to_bits) == after.to_array().map(f32::to_bits));
     }
@@ -162,40 +162,62 @@ fn seen_points_stay_as_they_were_and_every_fill_is_counted() {
 #[test]
 fn long_gaps_stay_where_nothing_tells_of_them() {
     let gapped = without(&take(), &[(4, 30..43), (4, 60..72), (9, 0..3), (9, 145..FRAMES)]);
-    let filled = fill_gaps(&gapped, None, &GapOptions::default()).unwrap();
+    let filled = fill_gaps(&gapped, None, None, &GapOptions::default()).unwrap();
     assert_eq!(filled.markers.missing(), 13 + 3 + 5);
     assert_eq!(filled.filled.iter().sum::<usize>(), 12);
     let others: Vec<String> = neutral().names().iter().filter(|name| *name != "m4").cloned().collect();
     let neutral = neutral().pick(&others).unwrap();
-    let filled = fill_gaps(&gapped, Some(&neutral), &GapOptions::default()).unwrap();
+    let filled = fill_gaps(&gapped, Some(&neutral), None, &GapOptions::default()).unwrap();
     assert_eq!(filled.markers.missing(), 13, "the face at rest does not place m4");
 }
 
 #[test]
 fn a_frame_in_which_almost_nothing_was_seen_stays_missing() {
     let gaps: Vec<_> = (2..36).map(|marker| (marker, 50..70)).collect();
-    let filled = fill_gaps(&without(&take(), &gaps), Some(&neutral()), &GapOptions::default()).unwrap();
+    let filled = fill_gaps(&without(&take(), &gaps), Some(&neutral()), None, &GapOptions::default()).unwrap();
     assert_eq!(filled.markers.missing(), 34 * 20);
 }
 
 #[test]
 fn what_cannot_be_used_is_named() {
     let (take, neutral, options) = (take(), neutral(), GapOptions::default());
-    assert_eq!(fill_gaps(&take, Some(&take), &options), Err(GapError::NeutralFrames { frames: FRAMES }));
+    assert_eq!(fill_gaps(&take, Some(&take), None, &options), Err(GapError::NeutralFrames { frames: FRAMES }));
     let two = neutral.pick(&["m1".to_owned(), "m2".to_owned()]).unwrap();
-    assert_eq!(fill_gaps(&take, Some(&two), &options), Err(GapError::NeutralMarkers { shared: 2, markers: 36 }));
+    assert_eq!(fill_gaps(&take, Some(&two), None, &options), Err(GapError::NeutralMarkers { shared: 2, markers: 36 }));
     let few = GapOptions { neighbours: 2, ..options };
-    assert_eq!(fill_gaps(&take, None, &few), Err(GapError::Neighbours { neighbours: 2 }));
+    assert_eq!(fill_gaps(&take, None, None, &few), Err(GapError::Neighbours { neighbours: 2 }));
     let mut positions = take.positions().to_vec();
     positions[36 * 2 + 5].y = f32::INFINITY;
     let infinite = take.with_positions(positions).unwrap();
-    assert_eq!(fill_gaps(&infinite, None, &options), Err(GapError::Infinite { marker: "m5".to_owned(), frame: 9 }));
+    assert_eq!(fill_gaps(&infinite, None, None, &options), Err(GapError::Infinite { marker: "m5".to_owned(), frame: 9 }));
 }
 
 #[test]
 fn takes_without_frames_or_markers_pass() {
     let empty = Markers::new(FrameAxis::new(0, 60.0), vec!["m0".to_owned()], Vec::new()).unwrap();
-    assert_eq!(fill_gaps(&empty, None, &GapOptions::default()).unwrap().filled, Vec::<usize>::new());
+    assert_eq!(fill_gaps(&empty, None, None, &GapOptions::default()).unwrap().filled, Vec::<usize>::new());
     let none = Markers::new(FrameAxis::new(3, 60.0), Vec::new(), Vec::new()).unwrap();
-    assert_eq!(fill_gaps(&none, None, &GapOptions::default()).unwrap().filled, [0; 3]);
+    assert_eq!(fill_gaps(&none, None, None, &GapOptions::default()).unwrap().filled, [0; 3]);
+}
+
+#[test]
+fn shapes_of_the_whole_face_fill_long_gaps_and_every_point_says_where_it_comes_from() {
+    let (take, gap) = (take(), 30..90);
+    let shapes = learn_shapes(&[&take], take.names(), 6).unwrap();
+    let gaps: Vec<_> = [7, 14, 21].map(|marker| (marker, gap.clone())).into_iter().chain([(3, 10..14)]).collect();
+    let filled = fill_gaps(&without(&take, &gaps), None, Some(&shapes), &GapOptions::default()).unwrap();
+    assert!(worst_mm(&filled.markers, &take) < 0.3, "{} mm", worst_mm(&filled.markers, &take));
+    for (index, source) in filled.sources.iter().enumerate() {
+        let (frame, marker) = (index / take.names().len(), index % take.names().len());
+        let expected = match marker {
+            7 | 14 | 21 if gap.contains(&frame) => Source::Shapes,
+            3 if (10..14).contains(&frame) => Source::Time,
+            _ => Source::Seen,
+        };
+        assert_eq!(*source, expected, "frame {frame}, marker {marker}");
+    }
+    let other = take.names().iter().map(|name| format!("other_{name}")).collect();
+    let other = Markers::new(take.frame_axis(), other, take.positions().to_vec()).unwrap();
+    let error = fill_gaps(&other, None, Some(&shapes), &GapOptions::default()).unwrap_err();
+    assert_eq!(error, GapError::Shapes { shared: 0, markers: 36 });
 }

@@ -1,22 +1,30 @@
 //! The data types of faces, one a file. Each implements [`wire::Value`] beside its definition.
 
 mod attachment;
+mod cameras;
 mod curves;
 mod features;
 mod image;
 mod markers;
 mod meshes;
+mod noise;
 mod regions;
 mod rig;
+mod shape_space;
+mod views;
 
 pub use attachment::{Attachment, SurfacePoint};
+pub use cameras::{CalibratedCamera, Cameras};
 pub use curves::Curves;
 pub use features::{FeatureSet, Features, RegionFeatures};
 pub use image::Image;
 pub use markers::Markers;
 pub use meshes::Meshes;
+pub use noise::{MarkerNoise, NoiseOfMarker};
 pub use regions::{Region, Regions};
+pub use shape_space::ShapeSpace;
 pub use rig::{Driver, JawMotion, JawSkin, Part, Rig, Shape};
+pub use views::Views;
 
 use wire::{FrameAxis, JoinError};
 
@@ -50,6 +58,16 @@ pub enum DataError {
         index: usize,
         /// How many things there are.
         count: usize,
+    },
+    /// A number is not what it must be.
+    #[error("{what} is {value}, where {wanted} belongs")]
+    Number {
+        /// Which number.
+        what: String,
+        /// Its value.
+        value: f64,
+        /// What it should be.
+        wanted: &'static str,
     },
     /// A name that is asked for is not there.
     #[error("no {what} `{name}`{}", near.as_ref().map(|near| format!("; did you mean `{near}`?")).unwrap_or_default())]

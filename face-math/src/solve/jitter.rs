@@ -13,6 +13,7 @@
 //! (a slipping mask, a filter) is not seen.
 
 use crate::data::Markers;
+use std::collections::BTreeSet;
 
 /// The noise of one marker.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,55 +28,51 @@ pub struct MarkerJitter {
     pub runs: usize,
 }
 
-/// Why noise cannot be told.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum JitterError {
-    /// A marker is not seen for long enough.
-    #[error(
-        "marker `{marker}` is seen in {runs} runs of five frames, and {needed} are needed to tell its noise; give a longer \
-         take, or leave the marker out"
-    )]
-    TooShort {
-        /// The marker.
-        marker: String,
-        /// Runs of five frames in which it is seen.
-        runs: usize,
-        /// Runs needed.
-        needed: usize,
-    },
-}
-
 /// Fewer runs than this tell little: the median of 50 is good to about a sixth.
-const NEEDED_RUNS: usize = 50;
+pub const NEEDED_RUNS: usize = 50;
 
-/// The noise of every marker of `take` (metres), in the order of its names.
-///
-/// # Errors
-/// Where a marker is seen in too few runs of five consecutive frames.
-pub fn measure_jitter(take: &Markers) -> Result<Vec<MarkerJitter>, JitterError> {
+/// The noise of the markers of `takes` (metres), over all of them together, in the order in which they first stand there.
+/// Markers that are seen in fewer than `needed_runs` runs of five consecutive frames are left out.
+pub fn measure_jitter(takes: &[&Markers], needed_runs: usize) -> Vec<MarkerJitter> {
     let scale = 1000.0 / (0.6745 * 70.0_f64.sqrt());
-    let mut found = Vec::with_capacity(take.names().len());
-    for (marker, name) in take.names().iter().enumerate() {
+    let mut names: Vec<&String> = Vec::new();
+    let mut known = BTreeSet::new();
+    for name in takes.iter().flat_map(|take| take.names()) {
+        if known.insert(name) {
+            names.push(name);
+        }
+    }
+    let mut found = Vec::with_capacity(names.len());
+    for name in names {
         let mut sizes = [const { Vec::new() }; 3];
-        for frame in 2..take.frames().saturating_sub(2) {
-            let at = |frame: usize| take.frame(frame)[marker].as_dvec3();
-            let ends = at(frame - 2) + at(frame + 2);
-            let delta = ends - 4.0 * (at(frame - 1) + at(frame + 1)) + 6.0 * at(frame);
-            if delta.is_finite() {
-                for (sizes, delta) in sizes.iter_mut().zip(delta.to_array()) {
-                    sizes.push(delta.abs());
-                }
+        for take in takes {
+            if let Some(marker) = take.index(name) {
+                differences(take, marker, &mut sizes);
             }
         }
         let runs = sizes[0].len();
-        if runs < NEEDED_RUNS {
-            return Err(JitterError::TooShort { marker: name.clone(), runs, needed: NEEDED_RUNS });
+        if runs < needed_runs.max(1) {
+            continue;
         }
         let by_axis_mm = sizes.map(|mut sizes| scale * median(&mut sizes));
         let sigma_mm = (by_axis_mm.iter().map(|sigma| sigma * sigma).sum::<f64>() / 3.0).sqrt();
         found.push(MarkerJitter { marker: name.clone(), by_axis_mm, sigma_mm, runs });
     }
-    Ok(found)
+    found
+}
+
+/// |δ| of each axis, in metres, wherever the marker is seen in five frames on end.
+fn differences(take: &Markers, marker: usize, sizes: &mut [Vec<f64>; 3]) {
+    for frame in 2..take.frames().saturating_sub(2) {
+        let at = |frame: usize| take.frame(frame)[marker].as_dvec3();
+        let ends = at(frame - 2) + at(frame + 2);
+        let delta = ends - 4.0 * (at(frame - 1) + at(frame + 1)) + 6.0 * at(frame);
+        if delta.is_finite() {
+            for (sizes, delta) in sizes.iter_mut().zip(delta.to_array()) {
+                sizes.push(delta.abs());
+            }
+        }
+    }
 }
 
 /// The middle of a list of sizes; of an even number, the mean of the two in the middle.
@@ -114,7 +111,7 @@ mod tests {
     #[test]
     fn the_noise_is_found_under_motion_and_blinks() {
         let noise = [0.05, 0.1, 0.2];
-        for (found, known) in measure_jitter(&take(3000, &noise)).unwrap().iter().zip(noise) {
+        for (found, known) in measure_jitter(&[&take(3000, &noise)], NEEDED_RUNS).iter().zip(noise) {
             let ratio = found.sigma_mm / f64::from(known);
             assert!((0.93..1.1).contains(&ratio), "{found:?}");
             assert_eq!(found.runs, 2996);
@@ -124,15 +121,16 @@ mod tests {
     #[test]
     fn a_still_take_has_no_noise_and_gaps_are_passed_over() {
         let still = Markers::new(FrameAxis::new(80, 60.0), vec!["a".into()], vec![Vec3::ONE; 80]).unwrap();
-        assert!(measure_jitter(&still).unwrap()[0].sigma_mm < 1e-9);
+        assert!(measure_jitter(&[&still], NEEDED_RUNS)[0].sigma_mm < 1e-9);
         let take = take(400, &[0.1]);
         let mut positions = take.positions().to_vec();
         positions[100..200].fill(Vec3::NAN);
-        let found = measure_jitter(&take.with_positions(positions.clone()).unwrap()).unwrap();
+        let found = measure_jitter(&[&take.with_positions(positions.clone()).unwrap()], NEEDED_RUNS);
         assert_eq!(found[0].runs, 96 + 196);
         positions[40..].fill(Vec3::NAN);
-        let error = measure_jitter(&take.with_positions(positions).unwrap()).unwrap_err();
-        assert_eq!(error, JitterError::TooShort { marker: "m0".into(), runs: 36, needed: NEEDED_RUNS });
+        let short = take.with_positions(positions).unwrap();
+        assert_eq!(measure_jitter(&[&short], NEEDED_RUNS), []);
+        assert_eq!(measure_jitter(&[&short, &short], NEEDED_RUNS)[0].runs, 72, "takes are measured together");
     }
 
     #[test]

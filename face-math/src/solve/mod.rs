@@ -5,15 +5,19 @@
 //! - [`align_anchors`]: moves a take's markers towards the puppet by anchor poses (section 4.4.2).
 //! - [`minimise()`]: L-BFGS in a box, behind every fit.
 //! - [`finetune()`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
+//! - [`match_markers`]: weights from markers by a quadratic programme (Eq. 2 of FDLS), solved by [`BoundedQuadratic`].
 //! - [`measure_jitter`]: how noisy each marker is, told from the take itself.
 //! - [`marker_error`], [`weight_error`]: how far solves are off.
 
 mod align;
+mod bounded;
+mod cholesky;
 mod curvature;
 mod features;
 mod finetune;
 mod finetune_plan;
 mod jitter;
+mod matching;
 mod measure;
 mod minimise;
 #[cfg(test)]
@@ -21,9 +25,11 @@ mod minimise_tests;
 mod salience;
 
 pub use align::{AlignError, AlignOptions, Aligned, align_anchors};
+pub use bounded::{BoundedError, BoundedQuadratic, WarmStart};
 pub use features::{FeatureError, fdls_sets, feature_width, graph_features};
 pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};
-pub use jitter::{JitterError, MarkerJitter, measure_jitter};
+pub use jitter::{MarkerJitter, NEEDED_RUNS, measure_jitter};
+pub use matching::{LinearPuppet, MatchError, MatchOptions, match_markers};
 pub use measure::{MarkerError, MeasureError, WeightError, marker_error, weight_error};
 pub use minimise::{Metric, MinimiseError, MinimiseOptions, Minimum, Stop, minimise};
 pub use salience::{DEFAULT_BANDWIDTH_SHARE, Salience, SalienceError, SalienceOptions, select_salient};

@@ -14,7 +14,7 @@ impl Engine {
         let cell = &self.cells[id];
         let mut base = Hasher::new("block");
         base.digest(&cell.frame);
-        for digest in made.file.iter() {
+        if let Some(digest) = &made.file {
             base.digest(digest);
         }
         for (_, digest) in cell.links.iter().zip(&made.inputs).filter(|(link, _)| !link.framed()) {

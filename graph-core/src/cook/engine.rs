@@ -365,7 +365,7 @@ impl Engine {
     ///
     /// # Errors
     /// Where there is no such node, or the new one has other ports, files or use of time.
-    pub fn exchange(&mut self, path: &str, node: Arc<dyn Node>) -> Result<(), EditError> {
+    pub fn exchange(&mut self, path: &str, node: &Arc<dyn Node>) -> Result<(), EditError> {
         let Some(at) = self.paths.get(path).copied() else {
             return Err(EditError::UnknownNode(Box::new(self.plan.unknown_node(path))));
         };
@@ -375,12 +375,12 @@ impl Engine {
         if !same || standing.node.typetag_name() != node.typetag_name() || standing.template.mentions_item {
             return Err(EditError::OtherCard(path.to_owned()));
         }
-        standing.node = Arc::clone(&node);
+        standing.node = Arc::clone(node);
         let settings = Arc::new(Settings::of(node.as_ref(), &standing.card));
         self.settings.insert(at, Arc::clone(&settings));
         for index in 0..self.of_plan[at].len() {
             let id = self.of_plan[at][index];
-            self.cells[id].node = Arc::clone(&node);
+            self.cells[id].node = Arc::clone(node);
             let cell = &mut self.cells[id];
             cell.settings = Arc::clone(&settings);
             cell.frame = frame_of(&settings, cell.file.is_some(), &cell.links);

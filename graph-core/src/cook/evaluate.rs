@@ -39,13 +39,10 @@ impl Engine {
             Err(problem) => return self.fail(id, &problem),
         };
         if let Some(producer) = unknown {
-            return match self.own_reason(id, file) {
-                Some(reason) => self.would_cook(id, told(&self.cause(id, &reason)), true),
-                None => {
-                    let because = format!("{} may give another result", self.cells[producer].name);
-                    self.would_cook(id, because, false)
-                }
-            };
+            let own = self.own_reason(id, file).map(|reason| told(&self.cause(id, &reason)));
+            let sure = own.is_some();
+            let because = own.unwrap_or_else(|| format!("{} may give another result", self.cells[producer].name));
+            return self.would_cook(id, because, sure);
         }
         let Some(key) = self.key(id, file) else {
             return self.fail(id, "an input has no value");

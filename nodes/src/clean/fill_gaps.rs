@@ -1,7 +1,7 @@
 //! `fill_gaps`: points that the cameras lost; between loading a take and its features, which want every marker.
 
-use face_math::clean::{Filled, GapError, GapOptions, fill_gaps};
-use face_math::data::{Curves, Markers};
+use face_math::clean::{Filled, GapError, GapOptions, Source, fill_gaps};
+use face_math::data::{Curves, Markers, ShapeSpace};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,20 +11,30 @@ const NEUTRAL: Port<Markers> = Port::new(
     "neutral",
     "one frame: the markers' places on the face at rest, in metres, by the same names; long gaps are filled only with it",
 );
+const SHAPES: Port<ShapeSpace> = Port::new(
+    "shapes",
+    "the shapes that the face takes (`learn_shape_space`); long gaps of markers that it knows are filled by these",
+);
 const WHOLE: Port<Markers> =
     Port::new("markers", "the same markers and frames; seen points as they were, gaps filled as far as they can be");
 const FILLED: Port<Curves> = Port::new("filled", "one channel, `filled`: how many points were filled in each frame");
+const SOURCES: Port<Curves> = Port::new(
+    "sources",
+    "a channel a marker: 0 where it was seen, 1 bridged in time, 2 from its neighbours, 3 from the shapes, -1 still missing",
+);
 
-/// Fills gaps in markers: short ones from the frames around them, long ones from the markers beside them.
+/// Fills gaps in markers: short ones from the frames around them, long ones from the other markers.
 ///
 /// A gap of up to `max_gap_frames` that is seen at both ends is bridged by a smooth path through the frames around it.
 ///
-/// A longer gap, or one that reaches the start or end of the take, follows the seen markers nearest to it on the face at
-/// rest (moving least squares), corrected by how far the marker was off that when it was last seen and is seen again.
-/// This needs the face at rest on `neutral`. Where that is not connected, or does not have the marker, long gaps stay
-/// missing, as do frames in which fewer than three markers are seen.
+/// A longer gap, or one that reaches the start or end of the take, is told from the markers that are seen in the same
+/// frame, corrected by how far the marker was off that when it was last seen and is seen again: by the shapes that the
+/// whole face takes where `shapes` are connected, else by the seen markers nearest to it on the face at rest (moving least
+/// squares), which needs `neutral`. Where neither has the marker, long gaps stay missing, as do frames in which too few
+/// markers are seen.
 ///
-/// Seen points are never changed, and `filled` counts what was made up, frame by frame.
+/// Seen points are never changed; `filled` counts what was made up, frame by frame, and `sources` says of every point where
+/// it comes from.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FillGaps {
@@ -52,18 +62,21 @@ graph_core::register!(FillGaps);
 #[typetag::serde(name = "fill_gaps")]
 impl Node for FillGaps {
     fn card(&self) -> Card {
-        let card = Card::new("clean").takes(&MARKERS).may_take(&NEUTRAL).still().gives(&WHOLE).gives(&FILLED);
-        card.per_frame(self.options().halo_frames())
+        let card = Card::new("clean").takes(&MARKERS).may_take(&NEUTRAL).still().may_take(&SHAPES);
+        let card = card.gives(&WHOLE).gives(&FILLED).gives(&SOURCES);
+        card.version(2).per_frame(self.options().halo_frames())
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
         context.go_on()?;
-        let (take, neutral) = (inputs.get(&MARKERS)?, inputs.may_get(&NEUTRAL)?);
-        let Filled { markers, filled } = fill_gaps(take, neutral, &self.options()).map_err(told)?;
+        let (take, neutral, shapes) = (inputs.get(&MARKERS)?, inputs.may_get(&NEUTRAL)?, inputs.may_get(&SHAPES)?);
+        let Filled { markers, filled, sources } = fill_gaps(take, neutral, shapes, &self.options()).map_err(told)?;
         let counts = filled.iter().map(|count| *count as f32).collect();
         let counts = Curves::new(take.frame_axis(), vec![FILLED.name().to_owned()], counts);
         let counts = counts.map_err(NodeError::failed)?;
-        Ok(Outputs::default().with(&WHOLE, markers).with(&FILLED, counts))
+        let sources = sources.into_iter().map(number).collect();
+        let sources = Curves::new(take.frame_axis(), take.names().to_vec(), sources).map_err(NodeError::failed)?;
+        Ok(Outputs::default().with(&WHOLE, markers).with(&FILLED, counts).with(&SOURCES, sources))
     }
 }
 
@@ -74,10 +87,22 @@ impl FillGaps {
     }
 }
 
+/// The number that stands for a source on the port `sources`.
+fn number(source: Source) -> f32 {
+    match source {
+        Source::Missing => -1.0,
+        Source::Seen => 0.0,
+        Source::Time => 1.0,
+        Source::Neighbours => 2.0,
+        Source::Shapes => 3.0,
+    }
+}
+
 /// The error with the port or parameter that it is about.
 fn told(error: GapError) -> NodeError {
     match error {
         GapError::NeutralFrames { .. } | GapError::NeutralMarkers { .. } => NodeError::input(NEUTRAL.name(), error),
+        GapError::Shapes { .. } => NodeError::input(SHAPES.name(), error),
         GapError::Neighbours { .. } => NodeError::parameter("neighbours", error),
         GapError::Infinite { .. } | GapError::Data(_) => NodeError::input(MARKERS.name(), error),
     }
@@ -89,6 +114,7 @@ mod tests {
     use crate::rig::toy;
     use crate::testing::{compute, made, test_data};
     use face_io::{c3d, marker_csv};
+    use face_math::clean::learn_shapes;
     use glam::Vec3;
     use graph_core::node::Time;
     use serde_json::json;
@@ -140,8 +166,12 @@ mod tests {
             assert_eq!(filled.frame(frame).iter().map(|value| value.to_bits()).collect::<Vec<_>>(), [count.to_bits()]);
         }
         assert_eq!(filled.channels(), ["filled"]);
+        let sources = outputs.get(&SOURCES).unwrap();
+        let at = |frame: usize, column: usize| sources.frame(frame)[column] as i32;
+        assert_eq!([at(19, 2), at(20, 2), at(29, 5), at(30, 5)], [0, 1, 0, 2]);
         let alone = fill(json!({}), &take(), None).unwrap();
         assert_eq!(alone.get(&WHOLE).unwrap().missing(), 30);
+        assert_eq!(alone.get(&SOURCES).unwrap().frame(40)[5] as i32, -1);
     }
 
     #[test]
@@ -185,7 +215,7 @@ mod tests {
 
     /// Takes known points of the face out of a real take, `length` frames of one marker after the other, and gives the
     /// root mean square distance (mm) at which they come back.
-    fn rms_mm(parameters: &serde_json::Value, take: &Markers, neutral: Option<&Markers>, length: usize) -> f64 {
+    fn rms_mm(take: &Markers, neutral: &Markers, shapes: Option<&ShapeSpace>, length: usize) -> f64 {
         let width = take.names().len();
         let face: Vec<usize> = (0..width).filter(|column| !take.names()[*column].starts_with("head_")).collect();
         let (mut squares, mut count) = (0.0, 0.0);
@@ -203,8 +233,9 @@ mod tests {
                     taken.push(frame * width + column);
                 }
             }
-            let outputs = fill(parameters.clone(), &take.with_positions(positions).unwrap(), neutral).unwrap();
-            let found = outputs.get(&WHOLE).unwrap().positions();
+            let gappy = take.with_positions(positions).unwrap();
+            let filled = fill_gaps(&gappy, Some(neutral), shapes, &GapOptions::default()).unwrap();
+            let found = filled.markers.positions();
             for index in taken {
                 squares += f64::from(found[index].distance(take.positions()[index])).powi(2);
                 count += 1.0;
@@ -223,9 +254,22 @@ mod tests {
         for (name, limits) in limits {
             let Some((take, neutral)) = real(name) else { return };
             for (length, limit_mm) in limits {
-                let found_mm = rms_mm(&json!({}), &take, Some(&neutral), length);
+                let found_mm = rms_mm(&take, &neutral, None, length);
                 assert!(found_mm < limit_mm, "{name}, {length} frames: {found_mm:.3} mm");
             }
+        }
+    }
+
+    /// Shapes learned from one take fill the gaps of another, painted on the same day, better than neighbours do.
+    #[test]
+    fn shapes_of_another_take_fill_long_gaps_better_than_neighbours() {
+        let Some((other, _)) = real("day1_161") else { return };
+        let Some((take, neutral)) = real("day1_164") else { return };
+        let shapes = learn_shapes(&[&other], other.names(), 40).unwrap();
+        for length in [20, 40, 80] {
+            let by_neighbours_mm = rms_mm(&take, &neutral, None, length);
+            let by_shapes_mm = rms_mm(&take, &neutral, Some(&shapes), length);
+            assert!(by_shapes_mm < 0.8 * by_neighbours_mm, "{length} frames: {by_neighbours_mm} {by_shapes_mm} mm");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::patterns::Patterns;
 use crate::random::Random;
-use face_math::data::{Curves, Markers};
+use face_math::data::{Curves, MarkerNoise, Markers};
 use glam::{DQuat, DVec3, Vec3};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
@@ -12,6 +12,8 @@ use wire::FrameAxis;
 
 const MARKERS: Port<Markers> = Port::new("markers", "exact markers, in metres");
 const CURVES: Port<Curves> = Port::new("curves", "the weights that made them, to be repeated beside the copies");
+const NOISE: Port<MarkerNoise> =
+    Port::new("noise", "measured noise of the markers (`measure_jitter`); `by_marker` goes before it, `sigma_mm` after it");
 const JITTERED: Port<Markers> = Port::new("markers", "the noisy copies, one behind the other, in metres");
 const REPEATED: Port<Curves> =
     Port::new("curves", "the weights of the same frames; no channels where no curves came in");
@@ -20,7 +22,7 @@ const REPEATED: Port<Curves> =
 ///
 /// Networks that saw noise in training do not lean on differences that noise can make. The noise is Gaussian, alike in
 /// x, y and z, and of its own size for each marker: captured markers shake the least at brow and nose bridge and the most
-/// around mouth and chin. Measure it on a take (`measure_jitter`) rather than guess.
+/// around mouth and chin. Measure it (`measure_jitter`) and connect it to `noise` rather than guess.
 ///
 /// With `slip_deg` and `slip_mm`, each copy is also moved as a whole, as the mask or the head camera slips.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -31,7 +33,8 @@ pub struct AddJitter {
     copies: usize,
     /// Whether the exact markers stand before the copies.
     keep_exact: bool,
-    /// Noise of markers that `by_marker` does not name: standard deviation of each coordinate in millimetres.
+    /// Noise of markers that neither `by_marker` nor what is connected to `noise` names: standard deviation of each
+    /// coordinate in millimetres.
     #[schemars(range(min = 0.0, max = 100.0))]
     sigma_mm: f64,
     /// Noise of certain markers, by name or pattern: `{"brow_*": 0.05, "jawline_*": 0.2}`. A name goes before a pattern, a
@@ -80,7 +83,7 @@ graph_core::register!(AddJitter);
 #[typetag::serde(name = "add_jitter")]
 impl Node for AddJitter {
     fn card(&self) -> Card {
-        Card::new("solve").takes(&MARKERS).may_take(&CURVES).gives(&JITTERED).gives(&REPEATED)
+        Card::new("solve").takes(&MARKERS).may_take(&CURVES).may_take(&NOISE).gives(&JITTERED).gives(&REPEATED)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
@@ -89,7 +92,7 @@ impl Node for AddJitter {
         if let Some(curves) = curves {
             exact.frame_axis().matches(&curves.frame_axis()).map_err(|error| NodeError::input(CURVES.name(), error))?;
         }
-        let sigmas_m = self.sigmas_m(exact)?;
+        let sigmas_m = self.sigmas_m(exact, inputs.may_get(&NOISE)?)?;
         let rounds = self.copies + usize::from(self.keep_exact);
         let mut positions = Vec::with_capacity(rounds * exact.positions().len());
         if self.keep_exact {
@@ -115,7 +118,7 @@ struct Motion {
 }
 
 impl AddJitter {
-    fn sigmas_m(&self, markers: &Markers) -> Result<Vec<f64>, NodeError> {
+    fn sigmas_m(&self, markers: &Markers, noise: Option<&MarkerNoise>) -> Result<Vec<f64>, NodeError> {
         for (pattern, sigma) in &self.by_marker {
             if !(*sigma >= 0.0 && sigma.is_finite()) {
                 let problem = format!("the noise of `{pattern}` is {sigma} mm; give 0 or more");
@@ -124,7 +127,9 @@ impl AddJitter {
         }
         let patterns = Patterns { parameter: "by_marker", what: "marker", names: markers.names() };
         let own = patterns.numbers(&self.by_marker)?;
-        Ok(own.into_iter().map(|own| own.unwrap_or(self.sigma_mm) / 1000.0).collect())
+        let measured = |name: &String| noise.and_then(|noise| noise.sigma_mm(name));
+        let sigmas = markers.names().iter().zip(own);
+        Ok(sigmas.map(|(name, own)| own.or_else(|| measured(name)).unwrap_or(self.sigma_mm) / 1000.0).collect())
     }
 
     fn copy(
@@ -184,6 +189,7 @@ mod tests {
     use super::*;
     use crate::rig::toy;
     use crate::testing::{Bench, compute, made};
+    use face_math::data::NoiseOfMarker;
     use face_math::rig::fit_rigid;
     use serde_json::json;
 
@@ -219,6 +225,20 @@ mod tests {
         assert!(spread_mm(&noisy, &exact, 1) < 1e-5);
         assert!((spread_mm(&noisy, &exact, 2) - 0.1).abs() < 0.004);
         assert_ne!(noisy.frame(0), noisy.frame(2000), "copies differ");
+    }
+
+    #[test]
+    fn measured_noise_stands_between_the_table_and_the_rest() {
+        let exact = exact(2000);
+        let one = |marker: &str, sigma_mm| NoiseOfMarker { marker: marker.to_owned(), sigma_mm };
+        let noise = MarkerNoise::new(vec![one("brow_1", 0.3), one("brow_2", 0.2)]).unwrap();
+        let node: AddJitter = made(json!({"sigma_mm": 0.1, "by_marker": {"brow_2": 0.05}}));
+        let inputs = Inputs::default().with(&MARKERS, exact.clone()).with(&NOISE, noise);
+        let outputs = compute(&node, &inputs).unwrap();
+        for (marker, expected) in [0.3, 0.05, 0.1].into_iter().enumerate() {
+            let found = spread_mm(outputs.get(&JITTERED).unwrap(), &exact, marker);
+            assert!((found / expected - 1.0).abs() < 0.05, "{marker}: {found} mm");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use super::frames::Frames;
 use crate::patterns::Patterns;
 use crate::rig::frame_number;
-use face_math::data::{Attachment, Curves, Driver, Markers, Rig};
+use face_math::data::{Attachment, Curves, Driver, MarkerNoise, Markers, Rig};
 use face_math::rig::MarkerRig;
 use face_math::solve::{FinetuneError, FinetuneOptions, finetune};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -19,12 +19,16 @@ const RAW: Port<Curves> =
 const MARKERS: Port<Markers> = Port::new("markers", "the captured markers, in metres; missing ones are passed over");
 const RIG: Port<Rig> = Port::new("rig", "the puppet");
 const ATTACHMENT: Port<Attachment> = Port::new("attachment", "where the markers sit on it");
+const NOISE: Port<MarkerNoise> = Port::new(
+    "noise",
+    "measured noise of the markers as captured (`measure_jitter`); `by_marker` goes before it, `sigma_mm` after it",
+);
 const TUNED: Port<Curves> = Port::new("curves", "the same channels and frames, fine-tuned");
 
 /// Fine-tunes a raw solve, frame by frame: looks for the weights that are most probable by the captured markers and the raw
 /// solve together.
 ///
-/// How far each side is trusted is said in its own terms: markers by their noise (`sigma_mm`, `by_marker`), the raw solve
+/// How far each side is trusted is said in its own terms: markers by their noise (`noise`, or `by_marker`), the raw solve
 /// by its error (`raw_error`, `error_by_channel`). Where markers say little of a channel, the raw solve keeps its say. An
 /// artist may leave it to certain channels, markers and frames.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -40,12 +44,16 @@ pub struct FinetuneCurves {
     hold_jaw: bool,
     /// The channels that `hold_jaw` holds, as patterns. Where empty, those that move the rig's jaw (see `skin_jaw`).
     jaw_channels: Vec<String>,
-    /// Noise of markers that `by_marker` does not name: standard deviation of each coordinate in millimetres.
+    /// Noise of markers that neither `by_marker` nor what is connected to `noise` names: standard deviation of each
+    /// coordinate in millimetres.
     #[schemars(range(min = 0.000_001, max = 1000.0))]
     sigma_mm: f64,
     /// Noise of certain markers, by name or pattern, in millimetres: `{"brow_*": 0.05, "jawline_*": 0.2}`. A name goes
     /// before a pattern, a longer pattern before a shorter one.
     by_marker: BTreeMap<String, f64>,
+    /// Measured noise below this counts as this, in millimetres: however quiet a marker is, the puppet meets it no better.
+    #[schemars(range(min = 0.000_001, max = 1000.0))]
+    least_noise_mm: f64,
     /// What is left of that noise, as a share: markers that `smooth_markers` calmed over s frames keep about 0.53 / √s of
     /// it.
     #[schemars(range(min = 0.000_001, max = 1000.0))]
@@ -75,6 +83,7 @@ impl Default for FinetuneCurves {
             jaw_channels: Vec::new(),
             sigma_mm: usual.default_noise_mm,
             by_marker: BTreeMap::new(),
+            least_noise_mm: 0.02,
             noise_scale: 1.0,
             raw_error: usual.default_raw_error,
             error_by_channel: BTreeMap::new(),
@@ -89,7 +98,8 @@ graph_core::register!(FinetuneCurves);
 #[typetag::serde(name = "finetune_curves")]
 impl Node for FinetuneCurves {
     fn card(&self) -> Card {
-        Card::new("solve").takes(&RAW).takes(&MARKERS).takes(&RIG).takes(&ATTACHMENT).gives(&TUNED).per_frame(0)
+        let card = Card::new("solve").takes(&RAW).takes(&MARKERS).takes(&RIG).takes(&ATTACHMENT).may_take(&NOISE);
+        card.gives(&TUNED).per_frame(0)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
@@ -98,7 +108,7 @@ impl Node for FinetuneCurves {
         axis.matches(&captured.frame_axis()).map_err(|error| NodeError::input(MARKERS.name(), error))?;
         let puppet = MarkerRig::attached(rig, inputs.get(&ATTACHMENT)?)
             .map_err(|error| NodeError::input(ATTACHMENT.name(), error))?;
-        let options = self.options(rig, &puppet, captured)?;
+        let options = self.options(rig, &puppet, captured, inputs.may_get(&NOISE)?)?;
         let mut values = raw.values().to_vec();
         let width = raw.channels().len();
         let (mut blind, mut unfinished) = (0, 0);
@@ -122,7 +132,13 @@ impl Node for FinetuneCurves {
 const FRAMES_A_TURN: usize = 32;
 
 impl FinetuneCurves {
-    fn options(&self, rig: &Rig, puppet: &MarkerRig, captured: &Markers) -> Result<FinetuneOptions, NodeError> {
+    fn options(
+        &self,
+        rig: &Rig,
+        puppet: &MarkerRig,
+        captured: &Markers,
+        measured: Option<&MarkerNoise>,
+    ) -> Result<FinetuneOptions, NodeError> {
         let channels = |parameter| Patterns { parameter, what: "channel", names: puppet.channels() };
         let markers = |parameter| Patterns { parameter, what: "marker", names: puppet.names() };
         let numbers = |names: &[String], found: Vec<Option<f64>>| {
@@ -134,8 +150,10 @@ impl FinetuneCurves {
             let problem = "the take and the rig share no marker; attach the take's own neutral markers";
             return Err(NodeError::input(MARKERS.name(), problem));
         }
-        let noise = markers("by_marker").numbers(&self.by_marker)?;
-        let noise = noise.into_iter().map(|sigma_mm| Some(sigma_mm? * self.noise_scale)).collect();
+        let measured = |name: &String| Some(measured?.sigma_mm(name)?.max(self.least_noise_mm));
+        let own = markers("by_marker").numbers(&self.by_marker)?;
+        let noise = puppet.names().iter().zip(own).map(|(name, own)| own.or_else(|| measured(name)));
+        let noise = noise.map(|sigma_mm| Some(sigma_mm? * self.noise_scale)).collect();
         Ok(FinetuneOptions {
             channels: channels("channels").chosen(&self.channels)?,
             frozen: if self.hold_jaw { self.jaw(rig)? } else { Vec::new() },
@@ -205,7 +223,7 @@ mod tests {
     use super::*;
     use crate::rig::toy;
     use crate::testing::{Bench, compute, made};
-    use face_math::data::{JawMotion, JawSkin};
+    use face_math::data::{JawMotion, JawSkin, NoiseOfMarker};
     use glam::Vec3;
     use serde_json::json;
 
@@ -260,6 +278,18 @@ mod tests {
         let calm = tuned(json!({"sigma_mm": 2.0, "noise_scale": 0.1, "by_marker": {"m0": 1.0}}));
         assert_eq!(calm, tuned(json!({"sigma_mm": 0.2, "by_marker": {"m0": 0.1}})));
         assert!(worst(&calm, &truth) < worst(&tuned(json!({"sigma_mm": 2.0})), &truth));
+    }
+
+    #[test]
+    fn measured_noise_is_used_like_a_table_of_it() {
+        let truth = toy::curves(5, 10);
+        let (raw, markers) = (shaken(&truth), captured(&truth));
+        let one = |index: usize, sigma_mm| NoiseOfMarker { marker: format!("m{index}"), sigma_mm };
+        let noise = MarkerNoise::new(vec![one(0, 0.4), one(1, 0.0), one(2, 0.3)]).unwrap();
+        let node: FinetuneCurves = made(json!({"by_marker": {"m2": 1.0}}));
+        let outputs = compute(&node, &inputs(raw.clone(), markers.clone()).with(&NOISE, noise)).unwrap();
+        let table = json!({"by_marker": {"m0": 0.4, "m1": 0.02, "m2": 1.0}});
+        assert_eq!(outputs.get(&TUNED).unwrap(), &tune(table, &raw, &markers).unwrap());
     }
 
     #[test]
