@@ -1,7 +1,7 @@
 //! `save_animation`: a rig moved by curves as a file that any viewer plays.
 
 use super::parts;
-use face_io::{WriteError, gltf};
+use face_io::{WriteError, gltf, usda};
 use face_math::data::{Curves, Rig};
 use graph_core::cook::{Artifact, FILES};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -13,15 +13,16 @@ const RIG: Port<Rig> = Port::new("rig", "the head that is moved");
 const CURVES: Port<Curves> =
     Port::new("curves", "a weight for each channel of the rig and each frame; other channels are left out");
 
-/// Writes a rig with its animation as GLB.
+/// Writes a rig with its animation as GLB, or as USD (`UsdSkel`) where the path ends in `.usda`.
 ///
-/// Every shape becomes a morph target with a weight track, correctives and in-betweens included; where the jaw has been
-/// split off (`skin_jaw`), it becomes a joint that turns. One key a frame; time begins at 0 s with the first frame,
-/// whose number stands in the file's `asset.extras`.
+/// Every shape becomes a morph target (blend shape) with a weight track, correctives and in-betweens included, so that
+/// the file plays the same everywhere; where the jaw has been split off (`skin_jaw`), it becomes a joint that turns. One
+/// key a frame. In GLB, time begins at 0 s with the first frame, whose number stands in the file's `asset.extras`; in USD,
+/// time codes are the numbers of the frames.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaveAnimation {
-    /// The file to write, such as `out/{take}.glb`.
+    /// The file to write, such as `out/{take}.glb` or `out/{take}.usda`.
     path: String,
     /// Parts to leave out of the file, such as `tongue`.
     without_parts: Vec<String>,
@@ -32,7 +33,7 @@ graph_core::register!(SaveAnimation);
 #[typetag::serde(name = "save_animation")]
 impl Node for SaveAnimation {
     fn card(&self) -> Card {
-        Card::new("save").takes(&RIG).takes(&CURVES).writes("path")
+        Card::new("save").takes(&RIG).takes(&CURVES).writes("path").version(2)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
@@ -43,11 +44,19 @@ impl Node for SaveAnimation {
         }
         context.go_on()?;
         let provenance = json!({ "first_frame": axis.first, "frames": axis.count, "rate_hz": axis.rate_hz });
+        let path = self.path.to_lowercase();
+        let write = match path.rsplit_once('.').map(|(_, ending)| ending) {
+            Some("usda") => usda::write_animation,
+            Some("usd" | "usdc" | "usdz") => {
+                let problem = format!("`{}` is a kind of USD that is not written here; let it end in .usda", self.path);
+                return Err(NodeError::parameter("path", problem));
+            }
+            _ => gltf::write_animation,
+        };
         let bytes = if self.without_parts.is_empty() {
-            gltf::write_animation(rig, curves, &provenance)
+            write(rig, curves, &provenance)
         } else {
-            let rig = parts::without(rig, "without_parts", &self.without_parts)?;
-            gltf::write_animation(&rig, curves, &provenance)
+            write(&parts::without(rig, "without_parts", &self.without_parts)?, curves, &provenance)
         };
         let bytes = bytes.map_err(|error| match error {
             WriteError::Data(_) | WriteError::NotFinite { .. } => NodeError::input(CURVES.name(), error),
@@ -95,6 +104,16 @@ mod tests {
         let jawed = skin_jaw(&HEAD.rig, &SkinJawOptions::default()).unwrap().rig;
         let file = outline(&saved(json!({}), &jawed, &HEAD.range_of_motion).unwrap());
         assert_eq!(tracks(&file), ["weights", "rotation", "translation"]);
+    }
+
+    #[test]
+    fn the_ending_chooses_the_format() {
+        let with = |path: &str| saved(json!({"path": path, "without_parts": ["tongue"]}), &HEAD.rig, &HEAD.range_of_motion);
+        let text = String::from_utf8(with("out/Head.USDA").unwrap()).unwrap();
+        assert!(text.starts_with("#usda 1.0\n") && text.contains("int64 \"frames\" = 600"));
+        assert!(text.contains("def Mesh \"face\"") && !text.contains("def Mesh \"tongue\""));
+        assert!(with("out/{take}.glb").unwrap().starts_with(b"glTF"));
+        assert!(with("head.usdc").unwrap_err().contains("let it end in .usda"));
     }
 
     #[test]
