@@ -18,9 +18,6 @@ pub struct Timecode {
 
 const SECONDS_A_DAY: u32 = 86_400;
 
-/// 1001 / 1000: how much slower than its base a rate of colour television is.
-const PULLED_DOWN: f64 = 1.001;
-
 impl Timecode {
     /// Midnight.
     pub const ZERO: Self = Self { seconds: 0, frame: 0.0, drop_frame: false };
@@ -82,9 +79,10 @@ impl Timecode {
         Self { seconds: (count / base) as u32, frame: (count % base) as f64, drop_frame }
     }
 
-    /// The rate in hertz at which `base` frames are counted a second.
+    /// The rate in hertz at which `base` frames are counted a second: drop-frame, 1000/1001 of it, as in colour
+    /// television.
     pub fn rate_hz(base: f64, drop_frame: bool) -> f64 {
-        if drop_frame { base / PULLED_DOWN } else { base }
+        if drop_frame { base * 1000.0 / 1001.0 } else { base }
     }
 }
 

@@ -73,7 +73,7 @@ graph_core::register!(LoadCurves);
 #[typetag::serde(name = "load_curves")]
 impl Node for LoadCurves {
     fn card(&self) -> Card {
-        Card::new("load").reads("path").gives(&CURVES).version(2)
+        Card::new("load").reads("path").gives(&CURVES)
     }
 
     fn compute(&self, context: &Context<'_>, _: &Inputs) -> Result<Outputs, NodeError> {

@@ -46,7 +46,7 @@ graph_core::register!(LoadRig);
 #[typetag::serde(name = "load_rig")]
 impl Node for LoadRig {
     fn card(&self) -> Card {
-        Card::new("load").reads("path").gives(&RIG).version(2)
+        Card::new("load").reads("path").gives(&RIG)
     }
 
     fn compute(&self, context: &Context<'_>, _: &Inputs) -> Result<Outputs, NodeError> {

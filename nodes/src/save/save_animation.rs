@@ -6,12 +6,23 @@ use face_math::data::{Curves, Rig};
 use graph_core::cook::{Artifact, FILES};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::json;
 
 const RIG: Port<Rig> = Port::new("rig", "the head that is moved");
 const CURVES: Port<Curves> =
     Port::new("curves", "a weight for each channel of the rig and each frame; other channels are left out");
+
+/// In which format a head is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Format {
+    /// GLB: one binary file that browsers, Blender and game engines play.
+    Glb,
+    /// USD as text, with `UsdSkel`: for Houdini, Maya, Omniverse and their like.
+    Usda,
+}
 
 /// Writes a rig with its animation as GLB, or as USD (`UsdSkel`) where the path ends in `.usda`.
 ///
@@ -19,21 +30,46 @@ const CURVES: Port<Curves> =
 /// the file plays the same everywhere; where the jaw has been split off (`skin_jaw`), it becomes a joint that turns. One
 /// key a frame. In GLB, time begins at 0 s with the first frame, whose number stands in the file's `asset.extras`; in USD,
 /// time codes are the numbers of the frames.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaveAnimation {
     /// The file to write, such as `out/{take}.glb` or `out/{take}.usda`.
     path: String,
+    /// The format, where the ending of the path is not to choose it.
+    format: Option<Format>,
     /// Parts to leave out of the file, such as `tongue`.
     without_parts: Vec<String>,
 }
 
 graph_core::register!(SaveAnimation);
 
+/// The path is no part of what a result depends on, but its ending chooses the format: that is written in its stead.
+impl Serialize for SaveAnimation {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("SaveAnimation", 3)?;
+        fields.serialize_field("path", &self.path)?;
+        fields.serialize_field("format", &self.chosen())?;
+        fields.serialize_field("without_parts", &self.without_parts)?;
+        fields.end()
+    }
+}
+
+impl SaveAnimation {
+    /// The format asked for, or else the one that the path's ending names.
+    fn chosen(&self) -> Option<Format> {
+        let ending = self.path.rsplit_once('.').map(|(_, ending)| ending.to_lowercase());
+        self.format.or(match ending.as_deref() {
+            Some("usda") => Some(Format::Usda),
+            Some("glb") => Some(Format::Glb),
+            _ => None,
+        })
+    }
+}
+
 #[typetag::serde(name = "save_animation")]
 impl Node for SaveAnimation {
     fn card(&self) -> Card {
-        Card::new("save").takes(&RIG).takes(&CURVES).writes("path").version(2)
+        Card::new("save").takes(&RIG).takes(&CURVES).writes("path")
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
@@ -44,14 +80,14 @@ impl Node for SaveAnimation {
         }
         context.go_on()?;
         let provenance = json!({ "first_frame": axis.first, "frames": axis.count, "rate_hz": axis.rate_hz });
-        let path = self.path.to_lowercase();
-        let write = match path.rsplit_once('.').map(|(_, ending)| ending) {
-            Some("usda") => usda::write_animation,
-            Some("usd" | "usdc" | "usdz") => {
-                let problem = format!("`{}` is a kind of USD that is not written here; let it end in .usda", self.path);
+        let write = match self.chosen() {
+            Some(Format::Usda) => usda::write_animation,
+            Some(Format::Glb) => gltf::write_animation,
+            None if self.path.is_empty() => gltf::write_animation,
+            None => {
+                let problem = format!("`{}` ends neither in .glb nor in .usda; name the file so, or say which `format`", self.path);
                 return Err(NodeError::parameter("path", problem));
             }
-            _ => gltf::write_animation,
         };
         let bytes = if self.without_parts.is_empty() {
             write(rig, curves, &provenance)
@@ -113,7 +149,9 @@ mod tests {
         assert!(text.starts_with("#usda 1.0\n") && text.contains("int64 \"frames\" = 600"));
         assert!(text.contains("def Mesh \"face\"") && !text.contains("def Mesh \"tongue\""));
         assert!(with("out/{take}.glb").unwrap().starts_with(b"glTF"));
-        assert!(with("head.usdc").unwrap_err().contains("let it end in .usda"));
+        assert!(with("head.usdc").unwrap_err().contains("neither in .glb nor in .usda"));
+        let key = |path: &str| serde_json::to_value(made::<SaveAnimation>(json!({"path": path}))).unwrap()["format"].clone();
+        assert_eq!([key("a.usda"), key("a.glb"), key("")], [json!("usda"), json!("glb"), json!(null)]);
     }
 
     #[test]

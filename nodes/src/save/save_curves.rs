@@ -51,7 +51,7 @@ graph_core::register!(SaveCurves);
 #[typetag::serde(name = "save_curves")]
 impl Node for SaveCurves {
     fn card(&self) -> Card {
-        Card::new("save").takes(&CURVES).writes("path").version(2)
+        Card::new("save").takes(&CURVES).writes("path")
     }
 
     fn compute(&self, _: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {

@@ -109,11 +109,11 @@ pub(super) fn read(file: &File, index: usize, name: &str, rate_hz: Option<f64>) 
         (None, Some(own)) if own.fits(&times) => Clock { rate_hz: own.rate_hz },
         _ => Clock::of(&times, rate_hz).map_err(&wrong)?,
     };
-    let (first, count) = clock.frames(&times);
     let width: usize = moving.iter().map(|moving| moving.targets.len()).sum();
-    if count as f64 * width as f64 > MOST_VALUES {
-        return Err(wrong(format!("{count} frames at {} Hz are too many; give a lower rate or mend its times", clock.rate_hz)));
-    }
+    let span = clock.frames(&times).filter(|(_, count)| *count as f64 * width as f64 <= MOST_VALUES);
+    let (first, count) = span.ok_or_else(|| {
+        wrong(format!("between its keys are too many frames of {} Hz; give a lower rate or mend its times", clock.rate_hz))
+    })?;
     let all = merged(&moving, name, &clock, first, count)?;
     // Names keep the order in which the file has them.
     let mut order: Vec<String> = Vec::new();

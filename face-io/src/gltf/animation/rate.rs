@@ -23,6 +23,9 @@ const USUAL_HZ: [f64; 16] = [
 /// Even keys further apart than this are poses to move between, not frames, in hertz.
 const SLOWEST_HZ: f64 = 10.0;
 
+/// Frames with numbers beyond this come of damaged times.
+const FARTHEST: f64 = 1e9;
+
 /// Frames of an animation: frame n is at the time n / rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
@@ -41,22 +44,26 @@ impl Clock {
         if even && alike && step_s.recip() >= SLOWEST_HZ {
             return Ok(Self { rate_hz: snapped(step_s.recip()) });
         }
-        let on_frames = |rate: &f64| tracks.iter().copied().flatten().all(|time| is_frame(*time, *rate));
+        let on_frames = |rate: f64, within: f64| tracks.iter().copied().flatten().all(|time| is_frame(*time, rate, within));
         let moves = tracks.iter().any(|times| times.len() > 1);
-        USUAL_HZ.into_iter().filter(|_| moves).find(on_frames).map(|rate_hz| Self { rate_hz }).ok_or_else(|| {
+        // Times are often written with few decimal places; a fiftieth of a frame is seen by no one.
+        let strict = USUAL_HZ.into_iter().find(|rate| on_frames(*rate, 0.001));
+        let found = strict.or_else(|| USUAL_HZ.into_iter().find(|rate| on_frames(*rate, 0.02)));
+        found.filter(|_| moves).map(|rate_hz| Self { rate_hz }).ok_or_else(|| {
             let keys = tracks.iter().map(|times| times.len()).max().unwrap_or_default();
             format!("its {keys} keys show no frame rate; say how many frames a second are wanted (`rate_hz`)")
         })
     }
 
-    /// The first frame and the number of frames between the first key and the last.
-    pub fn frames(&self, tracks: &[&[f32]]) -> (i64, usize) {
+    /// The first frame and the number of frames between the first key and the last; nothing where no performance lasts
+    /// so long.
+    pub fn frames(&self, tracks: &[&[f32]]) -> Option<(i64, usize)> {
         let all = || tracks.iter().copied().flatten().map(|time| f64::from(*time) * self.rate_hz);
         let (begin, end) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
         let slack = slack(end / self.rate_hz, self.rate_hz);
         let first = (begin - slack).ceil();
         let last = (end + slack).floor().max(first);
-        (first as i64, (last - first) as usize + 1)
+        (first.abs().max(last.abs()) < FARTHEST).then(|| (first as i64, (last - first) as usize + 1))
     }
 
     /// When a frame is, in seconds.
@@ -75,10 +82,9 @@ fn slack(time_s: f64, rate_hz: f64) -> f64 {
     (time_s.abs() * 2.0 * f64::from(f32::EPSILON) * rate_hz).max(0.001)
 }
 
-fn is_frame(time: f32, rate_hz: f64) -> bool {
+fn is_frame(time: f32, rate_hz: f64, within: f64) -> bool {
     let frame = f64::from(time) * rate_hz;
-    // Times are often written with few decimal places; a fiftieth of a frame is seen by no one.
-    (frame - frame.round()).abs() < slack(time.into(), rate_hz).max(0.02)
+    (frame - frame.round()).abs() < slack(time.into(), rate_hz).max(within)
 }
 
 /// The step between even keys, in seconds.
@@ -112,7 +118,7 @@ mod tests {
             let times = at(rate, 3..2000);
             let clock = Clock::of(&[&times], None).unwrap();
             assert!((clock.rate_hz / rate - 1.0).abs() < 1e-9, "{rate} {}", clock.rate_hz);
-            assert_eq!(clock.frames(&[&times]), (3, 1997), "{rate}");
+            assert_eq!(clock.frames(&[&times]), Some((3, 1997)), "{rate}");
         }
     }
 
@@ -120,10 +126,10 @@ mod tests {
     fn uneven_keys_lie_on_frames_of_a_usual_rate() {
         let (a, b) = (at(30.0, [0, 7, 31]), at(30.0, [2, 3]));
         let clock = Clock::of(&[&a, &b], None).unwrap();
-        assert_eq!((clock.rate_hz.to_bits(), clock.frames(&[&a, &b])), (30.0_f64.to_bits(), (0, 32)));
+        assert_eq!((clock.rate_hz.to_bits(), clock.frames(&[&a, &b])), (30.0_f64.to_bits(), Some((0, 32))));
         assert!((Clock::of(&[&[0.0, 2.0]], None).unwrap().rate_hz - 24.0).abs() < 1e-9);
         assert!(Clock::of(&[&[0.0, 0.0137, 1.7771]], None).unwrap_err().contains("rate_hz"));
         assert!(Clock::of(&[&[0.5]], None).is_err());
-        assert_eq!(Clock { rate_hz: 10.0 }.frames(&[&[0.05, 0.96]]), (1, 9));
+        assert_eq!(Clock { rate_hz: 10.0 }.frames(&[&[0.05, 0.96]]), Some((1, 9)));
     }
 }
