@@ -12,7 +12,8 @@ use proptest::prelude::*;
 
 /// A triangle in centimetres, Z up, with one channel of two targets, and a skin of a skull and a jaw.
 fn triangle() -> String {
-    let geometry = |id: u32, what: &str, body: &str| format!("Geometry: {id}, \"Geometry::{what}\", \"{what}\" {{\n{body}}}\n");
+    let geometry =
+        |id: u32, what: &str, body: &str| format!("Geometry: {id}, \"Geometry::{what}\", \"{what}\" {{\n{body}}}\n");
     let doubles = |name: &str, numbers: &[f64]| {
         let text: Vec<_> = numbers.iter().map(ToString::to_string).collect();
         format!("{name}: *{} {{\na: {}\n}}\n", numbers.len(), text.join(","))
@@ -38,10 +39,14 @@ fn triangle() -> String {
         )
     };
     let objects = [
-        geometry(1, "Mesh", &format!(
-            "{}PolygonVertexIndex: *3 {{\na: 0,1,-3\n}}\nGeometryVersion: 124\n",
-            doubles("Vertices", &[0., 0., 0., 10., 0., 0., 0., 0., 10.])
-        )),
+        geometry(
+            1,
+            "Mesh",
+            &format!(
+                "{}PolygonVertexIndex: *3 {{\na: 0,1,-3\n}}\nGeometryVersion: 124\n",
+                doubles("Vertices", &[0., 0., 0., 10., 0., 0., 0., 0., 10.])
+            ),
+        ),
         model(2, "face", "Mesh", 0.0),
         "Deformer: 3, \"Deformer::faceShapes\", \"BlendShape\" {\nVersion: 100\n}\n".to_owned(),
         format!(
@@ -56,7 +61,8 @@ fn triangle() -> String {
         model(10, "skull", "LimbNode", 0.0),
         model(11, "rig:Jaw", "LimbNode", 5.0),
     ];
-    let links = [(2, 0), (1, 2), (3, 1), (4, 3), (5, 4), (6, 4), (7, 1), (8, 7), (9, 7), (10, 8), (11, 9), (10, 0), (11, 10)];
+    let links =
+        [(2, 0), (1, 2), (3, 1), (4, 3), (5, 4), (6, 4), (7, 1), (8, 7), (9, 7), (10, 8), (11, 9), (10, 0), (11, 10)];
     let links: String = links.iter().map(|(from, to)| format!("C: \"OO\",{from},{to}\n")).collect();
     format!(
         "; FBX 7.4.0 project file\nFBXHeaderExtension: {{\nFBXHeaderVersion: 1003\nFBXVersion: 7400\n}}\n\
@@ -86,7 +92,9 @@ fn in_betweens_jaw_unit_and_axes_come_out_as_the_rig_has_them() {
     assert_eq!(rig.shapes[1].driver, Driver::InBetween { channel: 0, peak: 0.5 });
     // At each target's weight the vertex is where the target has it, and half way between them in the middle.
     let puppet = Puppet::new(&rig).unwrap();
-    for (weight, at) in [(0.5, [0.0, 0.13, 0.01]), (1.0, [0.0, 0.14, 0.0]), (0.75, [0.0, 0.135, 0.005]), (0.25, [0.0, 0.115, 0.005])] {
+    for (weight, at) in
+        [(0.5, [0.0, 0.13, 0.01]), (1.0, [0.0, 0.14, 0.0]), (0.75, [0.0, 0.135, 0.005]), (0.25, [0.0, 0.115, 0.005])]
+    {
         near(puppet.vertices(&[weight]).unwrap()[2], at);
     }
     assert_eq!(rig.skin, [0.0, 0.25, 1.0]);

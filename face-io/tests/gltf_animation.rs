@@ -50,8 +50,12 @@ fn written(curves: &Curves) -> Vec<u8> {
 
 /// A file whose only track has these keys, as another tool writes it.
 fn keyed(interpolation: &str, times: &[f32], values: &[f32]) -> Vec<u8> {
-    let floats: Vec<u8> =
-        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().chain(times).chain(values).flat_map(|f| f.to_le_bytes()).collect();
+    let floats: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .iter()
+        .chain(times)
+        .chain(values)
+        .flat_map(|f| f.to_le_bytes())
+        .collect();
     let base64 = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, &floats);
     let (keys, outputs) = (times.len(), values.len());
     let scalar = |offset: usize, count: usize| json!({"bufferView": 0, "byteOffset": offset, "componentType": 5126, "count": count, "type": "SCALAR"});
@@ -84,7 +88,10 @@ fn uneven_keys_are_sampled_at_the_rate_that_fits_them() {
     let fine = read(&file, Some(100.0)).unwrap().curves;
     assert_eq!((fine.frames(), fine.frame(10)), (51, &[0.3, 0.5][..]));
     let step = read(&keyed("STEP", &[0.5, 1.0], &[0.25, 0.0, 0.75, 1.0]), None).unwrap().curves;
-    assert_eq!((step.frame_axis().first, step.frames(), step.frame_axis().rate_hz.to_bits()), (12, 13, 24.0_f64.to_bits()));
+    assert_eq!(
+        (step.frame_axis().first, step.frames(), step.frame_axis().rate_hz.to_bits()),
+        (12, 13, 24.0_f64.to_bits())
+    );
     assert_eq!((step.frame(11), step.frame(12)), (&[0.25, 0.0][..], &[0.75, 1.0][..]));
     // A spline through 0 and 1 with level tangents is 3t² − 2t³.
     let spline = keyed("CUBICSPLINE", &[0.0, 1.0], &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0]);

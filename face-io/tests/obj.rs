@@ -24,7 +24,10 @@ fn polygons_groups_units_and_lines_that_go_on_are_understood() {
     let names: Vec<_> = rig.parts.iter().map(|part| part.name.as_str()).collect();
     assert_eq!(names, ["head", "lips"]);
     assert_eq!((rig.parts[0].vertices.clone(), rig.parts[1].vertices.clone()), (0..4, 4..8));
-    assert_eq!(rig.neutral[4..], [[1, 0], [1, 1], [2, 0], [2, 1]].map(|[x, y]| Vec3::new(x as f32, y as f32, 0.0) * 0.01));
+    assert_eq!(
+        rig.neutral[4..],
+        [[1, 0], [1, 1], [2, 0], [2, 1]].map(|[x, y]| Vec3::new(x as f32, y as f32, 0.0) * 0.01)
+    );
     assert_eq!(rig.parts[0].triangles, [[0, 1, 2], [0, 2, 3]]);
     assert_eq!(rig.parts[0].uvs, [[0.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 1.0]]);
     assert_eq!(rig.parts[1].triangles, [[4, 6, 7], [4, 7, 5]]);
@@ -63,7 +66,9 @@ fn a_folder_of_real_sculpts_is_a_rig_that_meets_each_of_them() {
     let sculpts = names.map(|name| (name, open(name)));
     let heads: Vec<(&str, Rig)> = sculpts
         .iter()
-        .map(|(name, sculpt)| (*name, neutral.sculpted("ict", LengthUnit::Centimetre, "neutral.obj", (name, sculpt)).unwrap()))
+        .map(|(name, sculpt)| {
+            (*name, neutral.sculpted("ict", LengthUnit::Centimetre, "neutral.obj", (name, sculpt)).unwrap())
+        })
         .collect();
     let heads: Vec<(&str, &Rig)> = heads.iter().map(|(name, head)| (*name, head)).collect();
     let rig = join_shapes(&heads, "ict", Sculpts::Whole).unwrap();

@@ -77,7 +77,7 @@ impl Clock {
         let times = times(table, column, &codes, base)?;
         let drop_frame = codes.iter().any(|code| code.drop_frame);
         let base_hz = Timecode::rate_hz(base, drop_frame);
-        let shown_hz = snap(base / step) * base_hz / base;
+        let shown_hz = Timecode::rate_hz(snap(base / step), drop_frame);
         let rate_hz = timing.rate_hz.unwrap_or(shown_hz);
         // What is interpolated must not be more than what was recorded (a few seconds in short files aside).
         let frames = (times[times.len() - 1] - times[0]) / step;

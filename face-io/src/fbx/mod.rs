@@ -166,11 +166,8 @@ fn pieces(node: &ufbx::Node, mesh: &ufbx::Mesh, skin: Option<&Skin<'_>>) -> Resu
         let material = materials.get(group);
         part.colour = material.map_or([1.0; 3], |material| colour(material));
         let label = material.map(|material| material.element.name.to_string()).filter(|label| !label.is_empty());
-        let name = if several {
-            format!("{name}/{}", label.unwrap_or_else(|| group.to_string()))
-        } else {
-            name.clone()
-        };
+        let name =
+            if several { format!("{name}/{}", label.unwrap_or_else(|| group.to_string())) } else { name.clone() };
         let positions = vertices.iter().map(|vertex| {
             let vertex = *vertex as usize;
             worlds[vertex].transform_point3(stored[vertex]).as_vec3()

@@ -43,7 +43,8 @@ impl<'a> Skin<'a> {
         let matrices: Vec<DMat4> =
             self.deformer.clusters.iter().map(|cluster| matrix(&cluster.geometry_to_world)).collect();
         for (vertex, followed) in self.deformer.vertices.iter().zip(&mut followed) {
-            let weights = self.deformer.weights.iter().skip(vertex.weight_begin as usize).take(vertex.num_weights as usize);
+            let weights =
+                self.deformer.weights.iter().skip(vertex.weight_begin as usize).take(vertex.num_weights as usize);
             let (mut sum, mut total, mut jaw) = (DMat4::ZERO, 0.0, 0.0);
             for share in weights {
                 let cluster = share.cluster_index as usize;

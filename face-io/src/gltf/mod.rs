@@ -17,9 +17,9 @@ pub use container::detect;
 pub use error::GltfError;
 pub use write::{write, write_animation};
 
+use crate::surface::{Assembly, TooManyVertices};
 use crate::{ReadError, Sibling};
 use container::File;
-use crate::surface::{Assembly, TooManyVertices};
 use face_math::data::Rig;
 use scene::Scene;
 use skin::Skin;

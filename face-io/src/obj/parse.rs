@@ -10,9 +10,42 @@ const MOST_CORNERS: usize = 1024;
 
 /// Statements that change nothing of a surface of polygons.
 const PASSED_OVER: [&str; 36] = [
-    "vn", "vp", "p", "l", "s", "mg", "mtllib", "usemap", "maplib", "bevel", "c_interp", "d_interp", "lod", "shadow_obj",
-    "trace_obj", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole",
-    "scrv", "sp", "end", "con", "call", "csh", "cdc", "cdp", "bzp",
+    "vn",
+    "vp",
+    "p",
+    "l",
+    "s",
+    "mg",
+    "mtllib",
+    "usemap",
+    "maplib",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "shadow_obj",
+    "trace_obj",
+    "ctech",
+    "stech",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+    "curv",
+    "curv2",
+    "surf",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "call",
+    "csh",
+    "cdc",
+    "cdp",
+    "bzp",
 ];
 
 /// A face in an OBJ file, as its lines say.
@@ -115,7 +148,9 @@ impl Reading {
             _ if PASSED_OVER.contains(&keyword) => {}
             _ => {
                 let shown: String = keyword.chars().take(20).collect();
-                return Err(format!("`{shown}` begins no statement of an OBJ file; the file is damaged, or no OBJ file"));
+                return Err(format!(
+                    "`{shown}` begins no statement of an OBJ file; the file is damaged, or no OBJ file"
+                ));
             }
         }
         Ok(())
@@ -126,8 +161,9 @@ impl Reading {
         for word in words {
             let mut indices = word.split('/');
             let vertex = indices.next().unwrap_or_default();
-            let vertex = index(vertex, self.positions.len())
-                .ok_or_else(|| format!("`{word}` is no corner of a face; one is a number of a vertex, such as 7 or 7/3"))?;
+            let vertex = index(vertex, self.positions.len()).ok_or_else(|| {
+                format!("`{word}` is no corner of a face; one is a number of a vertex, such as 7 or 7/3")
+            })?;
             let uv = match indices.next() {
                 None | Some("") => None,
                 Some(uv) => Some(index(uv, self.uvs.len()).ok_or_else(|| {

@@ -106,8 +106,11 @@ impl Assembly {
     pub fn finish_alone(mut self) -> Rig {
         let shapes = self.names.iter().cloned().zip(std::mem::take(&mut self.moves)).zip(0..);
         self.rig.shapes = shapes
-            .map(|((name, (vertices, deltas)), channel)| {
-                Shape { name, driver: Driver::Channel(channel), vertices, deltas }
+            .map(|((name, (vertices, deltas)), channel)| Shape {
+                name,
+                driver: Driver::Channel(channel),
+                vertices,
+                deltas,
             })
             .collect();
         self.rig.channels = self.names;

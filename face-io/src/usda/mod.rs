@@ -108,7 +108,8 @@ fn mesh(
         );
     }
     influences(out, shares.map(|shares| &shares[range]), positions.len());
-    let _ = write!(out, "        rel skel:skeleton = <{skeleton}>\n        uniform token subdivisionScheme = \"none\"\n");
+    let _ =
+        write!(out, "        rel skel:skeleton = <{skeleton}>\n        uniform token subdivisionScheme = \"none\"\n");
     shapes(out, rig, part, path);
     out.push_str("    }\n\n");
     Ok(())

@@ -8,7 +8,11 @@ use std::fmt::Write;
 /// The shortest number that reads back as the same 32 bits.
 pub(super) fn float(number: f32) -> String {
     // Rust writes small numbers out in full, others with an exponent; USD reads both.
-    if number != 0.0 && (number.abs() < 1e-4 || number.abs() >= 1e15) { format!("{number:e}") } else { format!("{number}") }
+    if number != 0.0 && (number.abs() < 1e-4 || number.abs() >= 1e15) {
+        format!("{number:e}")
+    } else {
+        format!("{number}")
+    }
 }
 
 pub(super) fn point(point: Vec3) -> String {

@@ -90,11 +90,8 @@ pub fn join_shapes(heads: &[(&str, &Rig)], name: &str, sculpts: Sculpts) -> Resu
     }
     let names: Vec<String> = shapes.iter().map(|shape| shape.name.clone()).collect();
     let (channels, drivers) = shape_drivers(&names)?;
-    let mut joined: Vec<Shape> = shapes
-        .into_iter()
-        .zip(drivers)
-        .map(|(shape, driver)| Shape { driver, ..shape.clone() })
-        .collect();
+    let mut joined: Vec<Shape> =
+        shapes.into_iter().zip(drivers).map(|(shape, driver)| Shape { driver, ..shape.clone() }).collect();
     if sculpts == Sculpts::Whole {
         // Combinations of few channels come before those of many, which are made of them.
         let mut order: Vec<usize> = (0..joined.len()).filter(|shape| was_channel[*shape]).collect();
@@ -153,9 +150,7 @@ fn parts_of(shapes: &[Shape], shape: usize) -> Vec<(usize, f32)> {
     let channel_shape = |channel: &u32| shapes.iter().position(|other| other.driver == Driver::Channel(*channel));
     match &shapes[shape].driver {
         Driver::Channel(_) => Vec::new(),
-        Driver::InBetween { channel, peak } => {
-            channel_shape(channel).into_iter().map(|main| (main, *peak)).collect()
-        }
+        Driver::InBetween { channel, peak } => channel_shape(channel).into_iter().map(|main| (main, *peak)).collect(),
         Driver::Combination(channels) => {
             let some = |other: &&Shape| match &other.driver {
                 Driver::Channel(channel) => channels.contains(channel),
@@ -224,7 +219,8 @@ mod tests {
         let puppet = Puppet::new(&rig).unwrap();
         for (name, head) in &heads {
             let (channel, peak) = name.split_once('@').unwrap_or((name, "1"));
-            let weight = |own: &String| if channel.split('+').any(|one| one == own) { peak.parse().unwrap() } else { 0.0 };
+            let weight =
+                |own: &String| if channel.split('+').any(|one| one == own) { peak.parse().unwrap() } else { 0.0 };
             let weights: Vec<f32> = rig.channels.iter().map(weight).collect();
             let posed = puppet.vertices(&weights).unwrap();
             for (vertex, point) in posed.iter().enumerate() {

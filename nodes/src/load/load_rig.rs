@@ -58,7 +58,9 @@ impl Node for LoadRig {
                 let problem = format!("{} states that itself; leave the parameter to OBJ files", source.name);
                 return Err(NodeError::parameter(parameter, problem));
             }
-            Some(Format::Fbx) => fbx::read(&source.bytes, &self.name).map_err(|error| NodeError::file(&source.name, error))?,
+            Some(Format::Fbx) => {
+                fbx::read(&source.bytes, &self.name).map_err(|error| NodeError::file(&source.name, error))?
+            }
             Some(Format::Gltf) => {
                 let rig = gltf::read(&source.bytes, &self.name, &mut super::beside(context));
                 rig.map_err(|error| NodeError::file(&source.name, error))?
@@ -111,7 +113,8 @@ impl LoadRig {
             return face.head(&self.name, unit.into()).map_err(wrong);
         }
         if super::extension(neutral) != "obj" || Path::new(neutral).has_root() {
-            let problem = format!("`{neutral}` is no OBJ file beside {}; give its name, such as `neutral.obj`", source.name);
+            let problem =
+                format!("`{neutral}` is no OBJ file beside {}; give its name, such as `neutral.obj`", source.name);
             return Err(NodeError::parameter("neutral", problem));
         }
         let bytes = context.sibling(neutral).map_err(|error| NodeError::parameter("neutral", error))?;
@@ -190,22 +193,28 @@ mod tests {
     #[test]
     fn sculpts_take_their_surface_from_the_neutral_face() {
         let neutral = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-        let bench = |name: &str, bytes: &str| {
-            Bench::default().with_source(name, bytes).with_sibling("rest.obj", neutral)
-        };
+        let bench =
+            |name: &str, bytes: &str| Bench::default().with_source(name, bytes).with_sibling("rest.obj", neutral);
         let with = |parameters: serde_json::Value, bytes: &str| load_with(parameters, &bench("smile.obj", bytes));
         let whole = json!({"neutral": "rest.obj", "unit": "cm"});
         let smile = with(whole.clone(), "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 3 2\n").unwrap();
-        assert_eq!((smile.channels.as_slice(), smile.parts[0].triangles.as_slice()), (&["smile".into()][..], &[[0, 1, 2]][..]));
+        assert_eq!(
+            (smile.channels.as_slice(), smile.parts[0].triangles.as_slice()),
+            (&["smile".into()][..], &[[0, 1, 2]][..])
+        );
         assert_eq!((smile.shapes[0].vertices.as_slice(), smile.shapes[0].deltas[0]), (&[1][..], glam::Vec3::X * 0.01));
         let rest = load_with(whole.clone(), &bench("rest.obj", neutral)).unwrap();
         assert!(rest.shapes.is_empty() && rest.neutral == smile.neutral);
         let error = with(whole, "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 1\nf 1 3 2\n").unwrap_err();
-        assert!(error.starts_with("smile.obj: ") && error.contains("4 vertices") && error.contains("rest.obj has 3"), "{error}");
+        assert!(
+            error.starts_with("smile.obj: ") && error.contains("4 vertices") && error.contains("rest.obj has 3"),
+            "{error}"
+        );
         assert!(with(json!({"unit": "cm"}), neutral).unwrap_err().contains("`neutral`"));
         assert!(with(json!({"neutral": "rest.obj"}), neutral).unwrap_err().contains("`unit`"));
         assert!(with(json!({"neutral": "lost.obj", "unit": "m"}), neutral).unwrap_err().contains("lost.obj"));
-        let error = load_with(json!({"unit": "m"}), &Bench::default().with_source("a.glb", b"glTF".as_slice())).unwrap_err();
+        let error =
+            load_with(json!({"unit": "m"}), &Bench::default().with_source("a.glb", b"glTF".as_slice())).unwrap_err();
         assert!(error.contains("`unit`"), "{error}");
     }
 

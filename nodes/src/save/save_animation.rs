@@ -85,7 +85,10 @@ impl Node for SaveAnimation {
             Some(Format::Glb) => gltf::write_animation,
             None if self.path.is_empty() => gltf::write_animation,
             None => {
-                let problem = format!("`{}` ends neither in .glb nor in .usda; name the file so, or say which `format`", self.path);
+                let problem = format!(
+                    "`{}` ends neither in .glb nor in .usda; name the file so, or say which `format`",
+                    self.path
+                );
                 return Err(NodeError::parameter("path", problem));
             }
         };
@@ -144,13 +147,15 @@ mod tests {
 
     #[test]
     fn the_ending_chooses_the_format() {
-        let with = |path: &str| saved(json!({"path": path, "without_parts": ["tongue"]}), &HEAD.rig, &HEAD.range_of_motion);
+        let with =
+            |path: &str| saved(json!({"path": path, "without_parts": ["tongue"]}), &HEAD.rig, &HEAD.range_of_motion);
         let text = String::from_utf8(with("out/Head.USDA").unwrap()).unwrap();
         assert!(text.starts_with("#usda 1.0\n") && text.contains("int64 \"frames\" = 600"));
         assert!(text.contains("def Mesh \"face\"") && !text.contains("def Mesh \"tongue\""));
         assert!(with("out/{take}.glb").unwrap().starts_with(b"glTF"));
         assert!(with("head.usdc").unwrap_err().contains("neither in .glb nor in .usda"));
-        let key = |path: &str| serde_json::to_value(made::<SaveAnimation>(json!({"path": path}))).unwrap()["format"].clone();
+        let key =
+            |path: &str| serde_json::to_value(made::<SaveAnimation>(json!({"path": path}))).unwrap()["format"].clone();
         assert_eq!([key("a.usda"), key("a.glb"), key("")], [json!("usda"), json!("glb"), json!(null)]);
     }
 

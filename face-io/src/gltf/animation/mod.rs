@@ -75,7 +75,10 @@ pub fn read_animation(
     let index = match name {
         Some(name) => names.iter().position(|own| own == name).ok_or_else(|| {
             let near = nearest_name(name, names.iter().map(String::as_str));
-            let near = near.map_or_else(|| format!("; there are {}", names.join(", ")), |near| format!("; did you mean `{near}`?"));
+            let near = near.map_or_else(
+                || format!("; there are {}", names.join(", ")),
+                |near| format!("; did you mean `{near}`?"),
+            );
             wrong(format!("there is no such animation in the file{near}"))
         })?,
         None if names.len() == 1 => 0,
@@ -100,8 +103,11 @@ pub(super) fn read(file: &File, index: usize, name: &str, rate_hz: Option<f64>) 
     Scene::read(file)?;
     let (moving, moving_nodes) = tracks(file, index, name)?;
     if moving.is_empty() {
-        let moves = if moving_nodes.is_empty() { "nothing".to_owned() } else { format!("only {}", moving_nodes.join(", ")) };
-        return Err(wrong(format!("it moves no morph targets ({moves}); bake the face to its shape keys and export again")));
+        let moves =
+            if moving_nodes.is_empty() { "nothing".to_owned() } else { format!("only {}", moving_nodes.join(", ")) };
+        return Err(wrong(format!(
+            "it moves no morph targets ({moves}); bake the face to its shape keys and export again"
+        )));
     }
     let own = Own::of(file);
     let times: Vec<&[f32]> = moving.iter().map(|moving| moving.track.times()).collect();
@@ -112,7 +118,10 @@ pub(super) fn read(file: &File, index: usize, name: &str, rate_hz: Option<f64>) 
     let width: usize = moving.iter().map(|moving| moving.targets.len()).sum();
     let span = clock.frames(&times).filter(|(_, count)| *count as f64 * width as f64 <= MOST_VALUES);
     let (first, count) = span.ok_or_else(|| {
-        wrong(format!("between its keys are too many frames of {} Hz; give a lower rate or mend its times", clock.rate_hz))
+        wrong(format!(
+            "between its keys are too many frames of {} Hz; give a lower rate or mend its times",
+            clock.rate_hz
+        ))
     })?;
     let all = merged(&moving, name, &clock, first, count)?;
     // Names keep the order in which the file has them.
@@ -155,8 +164,12 @@ fn tracks(file: &File, index: usize, name: &str) -> Result<(Vec<Moving>, Vec<Str
             }
             Checked::Invalid => return Err(wrong(format!("channel {at} moves something unknown"))),
         }
-        let mesh_index = node.mesh.ok_or_else(|| wrong(format!("channel {at} moves weights of `{label}`, which has no mesh")))?.value();
-        let mesh = file.root.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index, file.root.meshes.len()))?;
+        let mesh_index = node
+            .mesh
+            .ok_or_else(|| wrong(format!("channel {at} moves weights of `{label}`, which has no mesh")))?
+            .value();
+        let mesh =
+            file.root.meshes.get(mesh_index).ok_or_else(|| missing("mesh", mesh_index, file.root.meshes.len()))?;
         let targets = target_names(mesh, mesh_index)?;
         if targets.is_empty() {
             return Err(wrong(format!("channel {at} moves weights of `{label}`, whose mesh has no morph targets")));

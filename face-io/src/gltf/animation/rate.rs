@@ -44,7 +44,8 @@ impl Clock {
         if even && alike && step_s.recip() >= SLOWEST_HZ {
             return Ok(Self { rate_hz: snapped(step_s.recip()) });
         }
-        let on_frames = |rate: f64, within: f64| tracks.iter().copied().flatten().all(|time| is_frame(*time, rate, within));
+        let on_frames =
+            |rate: f64, within: f64| tracks.iter().copied().flatten().all(|time| is_frame(*time, rate, within));
         let moves = tracks.iter().any(|times| times.len() > 1);
         // Times are often written with few decimal places; a fiftieth of a frame is seen by no one.
         let strict = USUAL_HZ.into_iter().find(|rate| on_frames(*rate, 0.001));
