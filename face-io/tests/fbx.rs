@@ -63,7 +63,7 @@ fn triangle() -> String {
     ];
     let links =
         [(2, 0), (1, 2), (3, 1), (4, 3), (5, 4), (6, 4), (7, 1), (8, 7), (9, 7), (10, 8), (11, 9), (10, 0), (11, 10)];
-    let links: String = links.iter().map(|(from, to)| format!("C: \"OO\",{from},{to}\n")).collect();
+    let links = links.map(|(from, to)| format!("C: \"OO\",{from},{to}\n")).concat();
     format!(
         "; FBX 7.4.0 project file\nFBXHeaderExtension: {{\nFBXHeaderVersion: 1003\nFBXVersion: 7400\n}}\n\
          GlobalSettings: {{\nVersion: 1000\nProperties70: {{\nP: \"UpAxis\", \"int\", \"Integer\", \"\",2\n\

@@ -246,7 +246,7 @@ fn count_from(first: Timecode, rate_hz: f64) -> Result<(u32, u64), WriteError> {
         return Err(out_of(rate_hz, "frame rate", 1.0, 1000.0));
     }
     let wrong = |problem| WriteError::Name { format: FORMAT, name: first.to_string(), problem };
-    let drops = base as u32 % 30 == 0 && (rate_hz - Timecode::rate_hz(base, true)).abs() < 0.01;
+    let drops = (base as u32).is_multiple_of(30) && (rate_hz - Timecode::rate_hz(base, true)).abs() < 0.01;
     if first.drop_frame && !drops {
         return Err(wrong("is a drop-frame timecode, which needs curves at 29.97, 59.94 or 119.88 Hz"));
     }

@@ -56,7 +56,9 @@ fn targets(name: &str, channel: &ufbx::BlendChannel, vertices: usize) -> Result<
         if full.abs() < 1e-6 || !full.is_finite() {
             return Err(outside(full));
         }
-        main.values_mut().for_each(|offset| *offset /= full);
+        for offset in main.values_mut() {
+            *offset /= full;
+        }
         return Ok(vec![(name.to_owned(), main)]);
     }
     if (full - 1.0).abs() > 1e-6 {

@@ -23,11 +23,11 @@ pub(super) struct Followed {
 
 impl<'a> Skin<'a> {
     pub fn of(deformer: &'a ufbx::SkinDeformer) -> Self {
-        let bone = |cluster: &'a ufbx::SkinCluster| cluster.bone_node.as_ref().map(|bone| &**bone);
+        let bone = |cluster: &'a ufbx::SkinCluster| cluster.bone_node.as_deref();
         let bones: Vec<Option<&ufbx::Node>> = deformer.clusters.iter().map(|cluster| bone(cluster)).collect();
         let jaw = find_jaw(bones.iter().flatten().copied());
-        let below = |bone: &Option<&ufbx::Node>| jaw.is_some_and(|jaw| bone.is_some_and(|bone| is_below(bone, jaw)));
-        let is_jaw = if jaw.is_some() { bones.iter().map(below).collect() } else { Vec::new() };
+        let below = |bone: Option<&ufbx::Node>| jaw.is_some_and(|jaw| bone.is_some_and(|bone| is_below(bone, jaw)));
+        let is_jaw = if jaw.is_some() { bones.iter().copied().map(below).collect() } else { Vec::new() };
         let jaw_pivot_m = jaw.map(|jaw| matrix(&jaw.node_to_world).w_axis.truncate().as_vec3());
         Self { deformer, is_jaw, jaw_pivot_m }
     }
@@ -77,7 +77,7 @@ fn is_below(bone: &ufbx::Node, above: &ufbx::Node) -> bool {
         if here.element.element_id == wanted {
             return true;
         }
-        node = here.parent.as_ref().map(|parent| &**parent);
+        node = here.parent.as_deref();
     }
     false
 }

@@ -94,7 +94,7 @@ fn mesh(
         point(low),
         point(high),
         list(part.triangles.iter(), |_| "3"),
-        list(corners.iter(), |corner| corner.to_string()),
+        list(corners.iter(), u32::to_string),
         points(&normals(positions, &corners)),
         points(positions),
         point(Vec3::from_array(colour)),

@@ -123,7 +123,7 @@ pub(super) fn read(file: &File, index: usize, name: &str, rate_hz: Option<f64>) 
             clock.rate_hz
         ))
     })?;
-    let all = merged(&moving, name, &clock, first, count)?;
+    let all = merged(&moving, name, clock, first, count)?;
     // Names keep the order in which the file has them.
     let mut order: Vec<String> = Vec::new();
     let mut seen = BTreeSet::new();
@@ -189,7 +189,7 @@ fn tracks(file: &File, index: usize, name: &str) -> Result<(Vec<Moving>, Vec<Str
 fn merged(
     moving: &[Moving],
     animation: &str,
-    clock: &Clock,
+    clock: Clock,
     first: i64,
     count: usize,
 ) -> Result<BTreeMap<String, Vec<f32>>, GltfError> {

@@ -58,7 +58,7 @@ impl Clock {
 
     /// The first frame and the number of frames between the first key and the last; nothing where no performance lasts
     /// so long.
-    pub fn frames(&self, tracks: &[&[f32]]) -> Option<(i64, usize)> {
+    pub fn frames(self, tracks: &[&[f32]]) -> Option<(i64, usize)> {
         let all = || tracks.iter().copied().flatten().map(|time| f64::from(*time) * self.rate_hz);
         let (begin, end) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(t), high.max(t)));
         let slack = slack(end / self.rate_hz, self.rate_hz);
@@ -68,12 +68,12 @@ impl Clock {
     }
 
     /// When a frame is, in seconds.
-    pub fn time_s(&self, frame: i64) -> f64 {
+    pub fn time_s(self, frame: i64) -> f64 {
         frame as f64 / self.rate_hz
     }
 
     /// How near to a key a frame must be to be that key, in seconds.
-    pub fn tolerance_s(&self) -> f64 {
+    pub fn tolerance_s(self) -> f64 {
         0.001 / self.rate_hz
     }
 }
