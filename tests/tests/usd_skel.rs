@@ -1,4 +1,4 @@
-//! Animated heads as USD, played by Pixar's own UsdSkel: all points must be where the rig itself poses them.
+//! Animated heads as USD, played by Pixar's own `UsdSkel`: all points must be where the rig itself poses them.
 
 #![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
 
