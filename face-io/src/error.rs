@@ -6,7 +6,9 @@
 use crate::c3d::C3dError;
 use crate::camera_json::CamerasError;
 use crate::csv::CsvError;
+use crate::fbx::FbxError;
 use crate::gltf::GltfError;
+use crate::obj::ObjError;
 use crate::png::PngError;
 use crate::regions::RegionsError;
 use face_math::data::DataError;
@@ -34,6 +36,12 @@ pub enum ReadError {
     /// A glTF or GLB file.
     #[error("glTF: {0}")]
     Gltf(#[from] GltfError),
+    /// An FBX file.
+    #[error("FBX: {0}")]
+    Fbx(#[from] FbxError),
+    /// An OBJ file.
+    #[error("OBJ: {0}")]
+    Obj(#[from] ObjError),
     /// A table of comma-separated values.
     #[error("CSV: {0}")]
     Csv(#[from] CsvError),

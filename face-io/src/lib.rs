@@ -13,6 +13,9 @@
 //! | [`view_csv`] | 2D markers that cameras saw, as tables |
 //! | [`curves`] | animation curves as tables, plain or of Live Link Face |
 //! | [`gltf`] | rigs with morph targets, and animated heads to look at |
+//! | [`fbx`] | rigs of Maya, Blender and their like |
+//! | [`obj`] | faces, and shapes as one file each |
+//! | [`usda`] | animated heads for programs that read USD |
 //! | [`regions`] | which markers and channels belong together |
 //! | [`mod@png`] | pictures |
 //!
@@ -23,13 +26,18 @@ pub mod camera_json;
 mod csv;
 pub mod curves;
 mod error;
+pub mod fbx;
 pub mod gltf;
 mod inspect;
 pub mod marker_csv;
 pub mod markers;
+mod motion;
+pub mod obj;
 pub mod png;
 pub mod regions;
+mod surface;
 mod units;
+pub mod usda;
 pub mod view_csv;
 
 pub use csv::{CsvError, csv_line};

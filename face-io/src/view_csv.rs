@@ -88,15 +88,24 @@ fn from_table(table: Table<'_>) -> Result<ViewTable, CsvError> {
     let table = table.with_rows()?;
     let first = &table.names.cells[0];
     let find = |name: &str| {
-        let problem = format!("there is no column `{name}`; a table of views has `frame` (or not), camera, marker, u_px, v_px");
+        let problem =
+            format!("there is no column `{name}`; a table of views has `frame` (or not), camera, marker, u_px, v_px");
         column(&table, name).ok_or_else(|| column_error(&table.names, first, problem))
     };
     let [camera, marker, u, v] = [find("camera")?, find("marker")?, find("u_px")?, find("v_px")?];
     let frame = column(&table, "frame");
-    if let Some(other) = table.names.cells.iter().enumerate().find(|(index, _)| {
-        ![camera, marker, u, v].contains(index) && Some(*index) != frame
-    }) {
-        return Err(column_error(&table.names, other.1, "a table of views has frame, camera, marker, u_px, v_px alone"));
+    if let Some(other) = table
+        .names
+        .cells
+        .iter()
+        .enumerate()
+        .find(|(index, _)| ![camera, marker, u, v].contains(index) && Some(*index) != frame)
+    {
+        return Err(column_error(
+            &table.names,
+            other.1,
+            "a table of views has frame, camera, marker, u_px, v_px alone",
+        ));
     }
     let (mut cameras, mut markers) = (Vec::new(), Vec::new());
     let (mut known_cameras, mut known_markers) = (BTreeMap::new(), BTreeMap::new());
@@ -149,7 +158,10 @@ mod tests {
     #[test]
     fn one_moment_and_many_frames_are_read() {
         let still = read("camera,marker,u_px,v_px\na,chin,1,2\nb,chin,3,4\nb,lip,,\n").unwrap();
-        assert_eq!((still.frames(), still.cameras(), still.markers()), (1, &["a".into(), "b".into()][..], &["chin".into(), "lip".into()][..]));
+        assert_eq!(
+            (still.frames(), still.cameras(), still.markers()),
+            (1, &["a".into(), "b".into()][..], &["chin".into(), "lip".into()][..])
+        );
         assert_eq!((still.at(0, 1, 0), still.at(0, 0, 1), still.at(0, 1, 1)), (Some(Vec2::new(3.0, 4.0)), None, None));
         let text = "# rate_hz: 60\nframe,u_px,v_px,marker,camera\n7,1,2,chin,a\n9,3,4,chin,a\n";
         let take = read(text).unwrap();
@@ -165,7 +177,9 @@ mod tests {
         assert!(read(&format!("{head}1,a,chin,1,\n")).unwrap_err().contains("2:12"));
         assert!(read(&format!("{head}1,a,chin,1,2\n1,a,chin,1,3\n")).unwrap_err().contains("3:5"));
         assert!(read(&format!("{head}1,,chin,1,2\n")).unwrap_err().contains("a name"));
-        assert!(read(&format!("{head}1,a,chin,1,2\n999999999999,a,chin,1,2\n")).unwrap_err().contains("near the others"));
+        assert!(
+            read(&format!("{head}1,a,chin,1,2\n999999999999,a,chin,1,2\n")).unwrap_err().contains("near the others")
+        );
         assert!(read("camera,marker,u,v\na,chin,1,2\n").unwrap_err().contains("no column `u_px`"));
         assert!(read("camera,marker,u_px,v_px,w\na,chin,1,2,3\n").unwrap_err().contains("column `w`"));
     }

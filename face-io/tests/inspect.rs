@@ -48,8 +48,11 @@ fn real_files_of_all_kinds_are_known_for_what_they_are() {
         ("actors/ict_actor_a/neutral_markers.csv", "markers", "CSV, neutral markers", Some(1)),
         ("faces/subject_a/landmarks68.csv", "landmarks", "CSV, landmarks", Some(428)),
         ("actors/ict_actor_a/ict_actor_a.glb", "rig", "GLB", None),
-        ("rigs/gltf/AnimatedMorphCube/glTF/AnimatedMorphCube.gltf", "rig", "glTF", None),
+        ("rigs/gltf/AnimatedMorphCube/glTF/AnimatedMorphCube.gltf", "rig", "glTF", Some(127)),
         ("rigs/gltf/SimpleSparseAccessor.gltf", "mesh", "glTF", None),
+        ("rigs/ufbx/maya_blend_shape_cube_7100_ascii.fbx", "rig", "FBX 7100, ASCII", None),
+        ("rigs/ufbx/blender440_shape_weight_anim_7400_binary.fbx", "rig", "FBX 7400, binary", None),
+        ("actors/obj/jawOpen.obj", "mesh", "OBJ", None),
         ("actors/regions.json", "regions", "regions", None),
     ] {
         let facts = of(&data.join(path)).unwrap();
@@ -82,8 +85,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..700), which in 0_usize..6) {
-        let ending = ["c3d", "glb", "csv", "png", "ron", "bin"][which];
+    fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..700), which in 0_usize..8) {
+        let ending = ["c3d", "glb", "csv", "png", "ron", "bin", "fbx", "obj"][which];
         let _ = inspect(&format!("noise.{ending}"), &bytes, &mut no_sibling);
     }
 

@@ -56,7 +56,7 @@ fn phone_recordings_read_with_rate_and_both_sides() {
         for name in ["eyeBlink_L", "jawLeft", "mouthRight", "mouthSmile_R", "cheekPuff_R", "tongueOut"] {
             column(name);
         }
-        let again = curves::read(&curves::write_live_link(&curves).unwrap(), None).unwrap();
+        let again = curves::read(&curves::write_live_link(&curves, curves::Timecode::ZERO).unwrap(), None).unwrap();
         assert!(again == curves);
     }
 }

@@ -173,6 +173,21 @@ pub enum CsvError {
         /// Length of the longest gap in whole seconds.
         seconds: u64,
     },
+    /// A gap longer than may be filled.
+    #[error(
+        "line {line}: {frames} frames ({seconds:.2} s) are missing before this row, and gaps of up to {longest_s} s are \
+         filled; cut the file there, or allow longer gaps where it is loaded (`longest_gap_s`)"
+    )]
+    LongGap {
+        /// Line of the row after the gap.
+        line: usize,
+        /// Frames that are missing.
+        frames: usize,
+        /// How long it lasts, in seconds.
+        seconds: f64,
+        /// What may be filled, in seconds.
+        longest_s: f64,
+    },
     /// A table whose rate is not known.
     #[error(
         "neither the file nor the caller says how many frames pass a second; state the rate where the file is loaded, \

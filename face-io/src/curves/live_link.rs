@@ -1,7 +1,8 @@
 //! Recordings of Live Link Face: `Timecode`, `BlendshapeCount`, 52 `ARKit` shapes, and the rotations of head and eyes.
 
 use super::CurveTable;
-use super::timecode::Clock;
+use super::clock::{Clock, Gap, Timing};
+use super::timecode::Timecode;
 use crate::WriteError;
 use crate::csv::{CsvError, Row, Table, column_error};
 use face_math::data::{Curves, nearest_name};
@@ -93,6 +94,8 @@ pub struct LiveLink {
     pub filled_frames: usize,
     /// Rows that repeat the time of another one.
     pub repeated_rows: usize,
+    /// Where rows were lost, in their order.
+    pub gaps: Vec<Gap>,
 }
 
 pub(super) fn detect(table: &Table<'_>) -> bool {
@@ -117,7 +120,7 @@ fn channels_of(shape: &str) -> Vec<String> {
     }
 }
 
-pub(super) fn read(table: &Table<'_>) -> Result<CurveTable, CsvError> {
+pub(super) fn read(table: &Table<'_>, timing: Timing) -> Result<CurveTable, CsvError> {
     let (mut channels, mut columns) = (Vec::new(), Vec::new());
     let (mut pose_names, mut pose_columns, mut unmapped) = (Vec::new(), Vec::new(), Vec::new());
     for (column, cell) in table.names.cells.iter().enumerate().skip(2) {
@@ -148,7 +151,7 @@ pub(super) fn read(table: &Table<'_>) -> Result<CurveTable, CsvError> {
             ));
         }
     }
-    let clock = Clock::read(table, 0)?;
+    let clock = Clock::read(table, 0, timing)?;
     let values = resampled(table, &clock, &columns)?;
     let pose = resampled(table, &clock, &pose_columns)?;
     let first_timecode = table.rows.first().map_or(String::new(), |row: &Row<'_>| row.cells[0].text.to_string());
@@ -165,6 +168,7 @@ pub(super) fn read(table: &Table<'_>) -> Result<CurveTable, CsvError> {
             unmapped,
             filled_frames: clock.filled,
             repeated_rows: clock.repeated,
+            gaps: clock.gaps,
         }),
     })
 }
@@ -190,7 +194,7 @@ fn resampled(table: &Table<'_>, clock: &Clock, columns: &[usize]) -> Result<Vec<
         .collect())
 }
 
-pub(super) fn write(curves: &Curves) -> Result<Vec<u8>, WriteError> {
+pub(super) fn write(curves: &Curves, first: Timecode) -> Result<Vec<u8>, WriteError> {
     let known: Vec<Vec<String>> = SHAPES.iter().map(|shape| channels_of(shape)).collect();
     if let Some(name) = curves.channels().iter().find(|name| !known.iter().flatten().any(|channel| channel == *name)) {
         let problem = "is none of the channels that Live Link Face records";
@@ -204,17 +208,11 @@ pub(super) fn write(curves: &Curves) -> Result<Vec<u8>, WriteError> {
         return Err(WriteError::Name { format: FORMAT, name: known[at][0].clone(), problem });
     }
     let axis = curves.frame_axis();
-    let base = axis.rate_hz.round();
-    if !(1.0..=1000.0).contains(&base) {
-        let what = "frame rate".to_owned();
-        return Err(WriteError::Range { format: FORMAT, what, value: axis.rate_hz, low: 1.0, high: 1000.0 });
-    }
-    let base = base as usize;
+    let (base, first_frame) = count_from(first, axis.rate_hz)?;
     let mut out = format!("Timecode,BlendshapeCount,{}\n", SHAPES.join(","));
     for frame in 0..curves.frames() {
-        let (seconds, part) = (frame / base, frame % base);
-        let (hours, minutes, seconds) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
-        let _ = write!(out, "{hours:02}:{minutes:02}:{seconds:02}:{part:02}.000,{}", SHAPES.len());
+        let code = Timecode::of_frames(first_frame + frame as u64, base, first.drop_frame);
+        let _ = write!(out, "{code},{}", SHAPES.len());
         for columns in &columns {
             let values = curves.frame(frame);
             let value = match columns.as_slice() {
@@ -232,4 +230,31 @@ pub(super) fn write(curves: &Curves) -> Result<Vec<u8>, WriteError> {
         out.push('\n');
     }
     Ok(out.into_bytes())
+}
+
+/// Frames counted a second at `rate_hz`, and the number since midnight of the frame at `first`.
+fn count_from(first: Timecode, rate_hz: f64) -> Result<(u32, u64), WriteError> {
+    let out_of = |value: f64, what: &str, low: f64, high: f64| WriteError::Range {
+        format: FORMAT,
+        what: what.to_owned(),
+        value,
+        low,
+        high,
+    };
+    let base = rate_hz.round();
+    if !(1.0..=1000.0).contains(&base) {
+        return Err(out_of(rate_hz, "frame rate", 1.0, 1000.0));
+    }
+    let wrong = |problem| WriteError::Name { format: FORMAT, name: first.to_string(), problem };
+    let drops = (base as u32).is_multiple_of(30) && (rate_hz - Timecode::rate_hz(base, true)).abs() < 0.01;
+    if first.drop_frame && !drops {
+        return Err(wrong("is a drop-frame timecode, which needs curves at 29.97, 59.94 or 119.88 Hz"));
+    }
+    if first.frame.fract() != 0.0 || first.frame >= base {
+        return Err(wrong("does not name a whole frame of this rate"));
+    }
+    if first.is_left_out(base) {
+        return Err(wrong("does not exist, since drop-frame counting leaves it out"));
+    }
+    Ok((base as u32, first.frames(base) as u64))
 }

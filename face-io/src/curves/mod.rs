@@ -1,11 +1,14 @@
 //! Curves as tables: plain ones (`frame,channel,…`) and those that Live Link Face records; which, the names decide.
 
+mod clock;
 mod live_link;
 mod plain;
 mod timecode;
 
+pub use clock::{Gap, Timing};
 pub use live_link::LiveLink;
 pub use plain::write;
+pub use timecode::Timecode;
 
 use crate::csv::{CsvError, Table, text};
 use crate::{ReadError, WriteError};
@@ -39,6 +42,20 @@ impl CurveTable {
         let axis = FrameAxis { first: self.first_frame, count: self.frames, rate_hz };
         Ok(Curves::new(axis, self.channels, self.values)?)
     }
+
+    /// Refuses a recording with a gap that lasts longer than `longest_s` seconds.
+    ///
+    /// # Errors
+    /// With the line after the first such gap.
+    pub fn refuse_gaps(&self, longest_s: f64) -> Result<(), CsvError> {
+        let gaps = self.live_link.iter().flat_map(|live_link| &live_link.gaps);
+        match gaps.into_iter().find(|gap| gap.seconds > longest_s) {
+            Some(Gap { line, frames, seconds }) => {
+                Err(CsvError::LongGap { line: *line, frames: *frames, seconds: *seconds, longest_s })
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// Whether text begins with the names of a table of curves.
@@ -59,21 +76,28 @@ pub fn read(bytes: &[u8], rate_hz: Option<f64>) -> Result<Curves, ReadError> {
 /// # Errors
 /// See [`CsvError`].
 pub fn open(bytes: &[u8]) -> Result<CurveTable, ReadError> {
-    Ok(from_table(Table::read(text(bytes)?)?)?)
+    open_with(bytes, Timing::default())
 }
 
-pub(crate) fn from_table(table: Table<'_>) -> Result<CurveTable, CsvError> {
-    let table = table.with_rows()?;
-    if live_link::detect(&table) { live_link::read(&table) } else { plain::read(&table) }
+/// Reads a table of curves of either kind; rows with timecodes become frames as `timing` says, which does not matter
+/// for plain tables.
+///
+/// # Errors
+/// See [`CsvError`].
+pub fn open_with(bytes: &[u8], timing: Timing) -> Result<CurveTable, ReadError> {
+    let table = Table::read(text(bytes)?)?.with_rows()?;
+    Ok(if live_link::detect(&table) { live_link::read(&table, timing) } else { plain::read(&table) }?)
 }
 
 /// Writes curves as a recording of Live Link Face: the 52 `ARKit` columns, without the rotations of head and eyes.
 ///
 /// The inverse of the reading: the `_L` channel of `BrowInnerUp` and `CheekPuff`, which drive both sides, is averaged
-/// with the `_R` one. Timecodes count from 00:00:00:00 at the rate of the curves, rounded to whole hertz.
+/// with the `_R` one. Timecodes count from `first` on, at the rate of the curves rounded to whole hertz; drop-frame,
+/// where `first` is, which 29.97, 59.94 and 119.88 Hz allow.
 ///
 /// # Errors
-/// Where a channel has no `ARKit` column, where one that Live Link Face must have is absent, or a value is not finite.
-pub fn write_live_link(curves: &Curves) -> Result<Vec<u8>, WriteError> {
-    live_link::write(curves)
+/// Where a channel has no `ARKit` column, where one that Live Link Face must have is absent, a value is not finite, or
+/// `first` is no timecode at this rate.
+pub fn write_live_link(curves: &Curves, first: Timecode) -> Result<Vec<u8>, WriteError> {
+    live_link::write(curves, first)
 }

@@ -1,5 +1,7 @@
 //! What can be wrong with a glTF file, with the place where it is wrong.
 
+use face_math::rig::ShapeNameError;
+
 /// Why bytes are not a glTF file that can be read as what was asked for.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GltfError {
@@ -90,12 +92,15 @@ pub enum GltfError {
         /// What is wrong.
         problem: String,
     },
-    /// A shape's name or displacements do not make sense.
-    #[error("shape `{name}`: {problem}")]
-    Shape {
-        /// Name of the shape.
+    /// A shape's name does not make sense.
+    #[error(transparent)]
+    Shape(#[from] ShapeNameError),
+    /// An animation that is no curves.
+    #[error("animation `{name}`: {problem}")]
+    Animation {
+        /// Name of the animation; empty where none was asked for.
         name: String,
-        /// What is wrong.
+        /// What is wrong, and the cure.
         problem: String,
     },
     /// No triangles at all.

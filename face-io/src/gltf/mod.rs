@@ -4,23 +4,23 @@
 //! and the skin's rest pose are applied to it, and targets of the same name become one shape over all parts.
 
 mod accessor;
+mod animation;
 mod container;
 mod error;
 mod primitive;
 mod scene;
-mod shapes;
 mod skin;
 mod write;
 
+pub use animation::{Animation, animation_names, read_animation};
 pub use container::detect;
 pub use error::GltfError;
 pub use write::{write, write_animation};
 
+use crate::surface::{Assembly, TooManyVertices};
 use crate::{ReadError, Sibling};
 use container::File;
-use face_math::data::{Rig, Shape};
-use glam::Vec3;
-use primitive::Piece;
+use face_math::data::Rig;
 use scene::Scene;
 use skin::Skin;
 use std::collections::BTreeMap;
@@ -44,28 +44,26 @@ pub(crate) struct Outline {
     pub rig: Rig,
     /// Whether it is a GLB container.
     pub binary: bool,
+    /// Names of its animations.
+    pub animations: Vec<String>,
+    /// The first animation as curves, where it moves morph targets at a rate that shows.
+    pub motion: Option<Animation>,
 }
 
 /// Reads a file as [`read`] does, but allows that it has no morph targets.
 pub(crate) fn outline(bytes: &[u8], name: &str, sibling: &mut Sibling<'_>) -> Result<Outline, ReadError> {
     let file = File::read(bytes, sibling)?;
-    Ok(Outline { rig: rig(&file, name, false)?.checked()?, binary: file.binary })
+    let rig = rig(&file, name, false)?.checked()?;
+    let animations = animation::names(&file);
+    let motion = animations.first().and_then(|first| animation::read(&file, 0, first, None).ok());
+    Ok(Outline { rig, binary: file.binary, animations, motion })
 }
 
 fn rig(file: &File, name: &str, needs_shapes: bool) -> Result<Rig, GltfError> {
     let scene = Scene::read(file)?;
     let mut skins: BTreeMap<usize, Skin> = BTreeMap::new();
-    let mut rig = Rig {
-        name: name.to_owned(),
-        parts: Vec::new(),
-        neutral: Vec::new(),
-        channels: Vec::new(),
-        shapes: Vec::new(),
-        skin: Vec::new(),
-        jaw_pivot_m: None,
-        jaw: None,
-    };
-    let mut shapes = ShapeTable::default();
+    let mut assembly = Assembly::new(name);
+    let mut jaw_pivot_m = None;
     let (mut meshes, mut has_jaw) = (0, false);
     for node_index in &scene.nodes {
         let node = &file.root.nodes[*node_index];
@@ -87,80 +85,28 @@ fn rig(file: &File, name: &str, needs_shapes: bool) -> Result<Rig, GltfError> {
         };
         if let Some(skin) = skin {
             has_jaw |= skin.has_jaw();
-            rig.jaw_pivot_m = rig.jaw_pivot_m.or(skin.jaw_pivot_m);
+            jaw_pivot_m = jaw_pivot_m.or(skin.jaw_pivot_m);
         }
         meshes += 1;
         let source = primitive::Source { file, mesh, mesh_index, node, world: scene.world[*node_index], skin };
         let targets = source.target_names()?;
         for primitive in 0..mesh.primitives.len() {
             if let Some(piece) = source.read(primitive, &targets)? {
-                add(&mut rig, &mut shapes, piece, &targets)?;
+                assembly.add(piece)?;
             }
         }
     }
-    if rig.parts.is_empty() {
+    if assembly.is_empty() {
         return Err(GltfError::NoMesh);
     }
-    if needs_shapes && shapes.names.is_empty() {
+    if needs_shapes && !assembly.has_shapes() {
         return Err(GltfError::NoTargets { meshes });
     }
-    if !has_jaw {
-        rig.skin.clear();
-    }
-    let (channels, drivers) = shapes::drivers(&shapes.names)?;
-    rig.channels = channels;
-    rig.shapes = drivers
-        .into_iter()
-        .zip(shapes.names)
-        .zip(shapes.moves)
-        .map(|((driver, name), (vertices, deltas))| Shape { name, driver, vertices, deltas })
-        .collect();
-    Ok(rig)
+    Ok(assembly.finish(has_jaw, jaw_pivot_m)?)
 }
 
-/// Shapes by name, in the order in which their names first stood.
-#[derive(Default)]
-struct ShapeTable {
-    names: Vec<String>,
-    index: BTreeMap<String, usize>,
-    moves: Vec<(Vec<u32>, Vec<Vec3>)>,
-}
-
-impl ShapeTable {
-    fn slot(&mut self, name: &str) -> &mut (Vec<u32>, Vec<Vec3>) {
-        let index = *self.index.entry(name.to_owned()).or_insert_with(|| {
-            self.names.push(name.to_owned());
-            self.moves.push((Vec::new(), Vec::new()));
-            self.names.len() - 1
-        });
-        &mut self.moves[index]
+impl From<TooManyVertices> for GltfError {
+    fn from(error: TooManyVertices) -> Self {
+        Self::Mesh { place: error.piece, problem: "the rig has more vertices than 32 bits can count".into() }
     }
-}
-
-fn add(rig: &mut Rig, shapes: &mut ShapeTable, piece: Piece, targets: &[String]) -> Result<(), GltfError> {
-    let first = u32::try_from(rig.neutral.len()).unwrap_or(u32::MAX);
-    let end = first.checked_add(piece.positions.len() as u32).ok_or_else(|| GltfError::Mesh {
-        place: piece.name.clone(),
-        problem: "the rig has more vertices than 32 bits can count".into(),
-    })?;
-    let mut part = piece.part;
-    part.vertices = first..end;
-    part.triangles.iter_mut().flatten().for_each(|index| *index += first);
-    // Two parts of one name could not be told apart.
-    let taken = |name: &str| rig.parts.iter().any(|part| part.name == name);
-    part.name = std::iter::once(piece.name.clone())
-        .chain((2..rig.parts.len() + 2).map(|number| format!("{}_{number}", piece.name)))
-        .find(|name| !taken(name))
-        .unwrap_or(piece.name);
-    rig.neutral.extend(piece.positions);
-    rig.skin.extend(piece.jaw);
-    rig.parts.push(part);
-    for (name, moves) in targets.iter().zip(piece.moves) {
-        let (vertices, deltas) = shapes.slot(name);
-        for (vertex, delta) in moves {
-            vertices.push(first + vertex);
-            deltas.push(delta);
-        }
-    }
-    Ok(())
 }

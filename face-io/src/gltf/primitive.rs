@@ -4,6 +4,7 @@ use super::GltfError;
 use super::accessor::Array;
 use super::container::File;
 use super::skin::{Followed, Skin};
+use crate::surface::Piece;
 use face_math::data::Part;
 use glam::{DMat3, DMat4, Vec3};
 use gltf_json::Index;
@@ -23,56 +24,16 @@ pub(super) struct Source<'a> {
     pub skin: Option<&'a Skin>,
 }
 
-/// A primitive, ready to become a part. Indices count from its own first vertex.
-pub(super) struct Piece {
-    pub name: String,
-    pub part: Part,
-    pub positions: Vec<Vec3>,
-    pub jaw: Vec<f32>,
-    /// Per target: displaced vertices and their displacements.
-    pub moves: Vec<Vec<(u32, Vec3)>>,
-}
-
 impl Source<'_> {
-    fn mesh_place(&self) -> String {
-        match &self.mesh.name {
-            Some(name) => format!("mesh `{name}`"),
-            None => format!("mesh {}", self.mesh_index),
-        }
-    }
-
-    fn targets_of(primitive: &Primitive) -> usize {
-        primitive.targets.as_ref().map_or(0, Vec::len)
-    }
-
     /// Names of the mesh's morph targets.
     pub fn target_names(&self) -> Result<Vec<String>, GltfError> {
-        let count = self.mesh.primitives.iter().map(Self::targets_of).max().unwrap_or(0);
-        let wrong = |problem: String| GltfError::Mesh { place: self.mesh_place(), problem };
-        if let Some(odd) = self.mesh.primitives.iter().position(|primitive| Self::targets_of(primitive) != count) {
-            let found = Self::targets_of(&self.mesh.primitives[odd]);
-            return Err(wrong(format!(
-                "primitive {odd} has {found} morph targets, another one {count}; all must agree"
-            )));
-        }
-        let listed = field(self.mesh.extras.as_deref(), "targetNames");
-        let Some(listed) = listed else { return Ok((0..count).map(|index| format!("target_{index}")).collect()) };
-        let names: Vec<String> =
-            serde_json::from_value(listed).map_err(|_| wrong("its extras.targetNames are no list of texts".into()))?;
-        if names.len() != count {
-            return Err(wrong(format!("{} targetNames for {count} morph targets", names.len())));
-        }
-        let mut seen = std::collections::BTreeSet::new();
-        match names.iter().find(|name| !seen.insert(name.as_str())) {
-            Some(twice) => Err(wrong(format!("the target name `{twice}` stands twice"))),
-            None => Ok(names),
-        }
+        target_names(self.mesh, self.mesh_index)
     }
 
     /// One primitive; nothing where it is no surface (points or lines).
     pub fn read(&self, index: usize, targets: &[String]) -> Result<Option<Piece>, GltfError> {
         let primitive = &self.mesh.primitives[index];
-        let place = format!("{}, primitive {index}", self.mesh_place());
+        let place = format!("{}, primitive {index}", mesh_place(self.mesh, self.mesh_index));
         let wrong = |problem: String| GltfError::Mesh { place: place.clone(), problem };
         let mode = match primitive.mode {
             Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
@@ -105,10 +66,11 @@ impl Source<'_> {
         }
         let mut moves = Vec::with_capacity(targets.len());
         for (target, name) in primitive.targets.iter().flatten().zip(targets) {
-            moves.push(match target.positions {
+            let moved = match target.positions {
                 None => Vec::new(),
                 Some(accessor) => self.moves(accessor, count, &format!("{place}, target `{name}`"), &matrix)?,
-            });
+            };
+            moves.push((name.clone(), moved));
         }
         let uvs = match attribute(primitive, Semantic::TexCoords(0)) {
             None => Vec::new(),
@@ -217,6 +179,39 @@ impl Source<'_> {
         })?;
         let [red, green, blue, _] = material.pbr_metallic_roughness.base_color_factor.0;
         Ok([red, green, blue])
+    }
+}
+
+fn mesh_place(mesh: &Mesh, index: usize) -> String {
+    match &mesh.name {
+        Some(name) => format!("mesh `{name}`"),
+        None => format!("mesh {index}"),
+    }
+}
+
+fn targets_of(primitive: &Primitive) -> usize {
+    primitive.targets.as_ref().map_or(0, Vec::len)
+}
+
+/// Names of the morph targets of the mesh at `index`.
+pub(super) fn target_names(mesh: &Mesh, index: usize) -> Result<Vec<String>, GltfError> {
+    let count = mesh.primitives.iter().map(targets_of).max().unwrap_or(0);
+    let wrong = |problem: String| GltfError::Mesh { place: mesh_place(mesh, index), problem };
+    if let Some(odd) = mesh.primitives.iter().position(|primitive| targets_of(primitive) != count) {
+        let found = targets_of(&mesh.primitives[odd]);
+        return Err(wrong(format!("primitive {odd} has {found} morph targets, another one {count}; all must agree")));
+    }
+    let listed = field(mesh.extras.as_deref(), "targetNames");
+    let Some(listed) = listed else { return Ok((0..count).map(|index| format!("target_{index}")).collect()) };
+    let names: Vec<String> =
+        serde_json::from_value(listed).map_err(|_| wrong("its extras.targetNames are no list of texts".into()))?;
+    if names.len() != count {
+        return Err(wrong(format!("{} targetNames for {count} morph targets", names.len())));
+    }
+    let mut seen = std::collections::BTreeSet::new();
+    match names.iter().find(|name| !seen.insert(name.as_str())) {
+        Some(twice) => Err(wrong(format!("the target name `{twice}` stands twice"))),
+        None => Ok(names),
     }
 }
 

@@ -1,10 +1,12 @@
 //! The facts of each kind of value.
 
-use crate::curves::CurveTable;
+use crate::curves::{CurveTable, Gap};
 use crate::gltf::Outline;
 use crate::markers::MarkerFile;
+use crate::obj::Obj;
 use crate::view_csv::ViewTable;
-use face_math::data::{Cameras, Driver, Image, Regions};
+use crate::{LengthUnit, ReadError, fbx};
+use face_math::data::{Cameras, Driver, Image, Regions, Rig};
 use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -171,14 +173,44 @@ pub(super) fn curves(table: &CurveTable) -> Inspection {
             .more("rotations", live_link.pose_names.clone())
             .more("unmapped", live_link.unmapped.clone())
             .more("filled_frames", live_link.filled_frames)
-            .more("repeated_rows", live_link.repeated_rows),
+            .more("repeated_rows", live_link.repeated_rows)
+            .more("gaps", gaps(&live_link.gaps)),
     }
 }
 
+fn gaps(gaps: &[Gap]) -> Value {
+    let one = |gap: &Gap| format!("{} frames before line {}", gap.frames, gap.line);
+    gaps.iter().map(one).collect()
+}
+
 pub(super) fn head(outline: &Outline) -> Inspection {
-    let rig = &outline.rig;
-    let kind = if rig.shapes.is_empty() { "mesh" } else { "rig" };
     let format = if outline.binary { "GLB" } else { "glTF" };
+    let facts = shaped(&outline.rig, format.to_owned());
+    if outline.animations.is_empty() {
+        return facts;
+    }
+    let mut facts = facts.more("animations", outline.animations.clone());
+    let Some(motion) = &outline.motion else { return facts };
+    let axis = motion.curves.frame_axis();
+    (facts.frames, facts.first_frame, facts.rate_hz) = (Some(axis.count), Some(axis.first), Some(axis.rate_hz));
+    let facts = facts.more("animated", motion.name.clone()).more("moving_nodes", motion.moving_nodes.clone());
+    facts.more("free_correctives", motion.free_correctives.clone())
+}
+
+pub(super) fn fbx(outline: &fbx::Outline) -> Inspection {
+    shaped(&outline.rig, outline.format.clone())
+}
+
+/// An OBJ file states no unit: its numbers are told as they are.
+pub(super) fn obj(file: &Obj, name: &str) -> Result<Inspection, ReadError> {
+    let mut facts = shaped(&file.head(name, LengthUnit::Metre)?, "OBJ".to_owned());
+    facts.unit = Some("not stated; positions are as in the file".to_owned());
+    Ok(facts.more("vertices", file.vertices()).more("faces", file.faces()))
+}
+
+/// A head, with or without shapes.
+fn shaped(rig: &Rig, format: String) -> Inspection {
+    let kind = if rig.shapes.is_empty() { "mesh" } else { "rig" };
     let parts: Vec<_> = rig.parts.iter().map(|part| part.name.clone()).collect();
     let triangles: usize = rig.parts.iter().map(|part| part.triangles.len()).sum();
     let count = |of: fn(&Driver) -> bool| rig.shapes.iter().filter(|shape| of(&shape.driver)).count();

@@ -6,18 +6,20 @@ mod landmarks;
 pub use facts::{Inspection, Stats};
 
 use crate::csv::{Table, first_names, text};
-use crate::{ReadError, Sibling, camera_json, curves, gltf, markers, png, regions, view_csv};
+use crate::{ReadError, Sibling, camera_json, curves, fbx, gltf, markers, obj, png, regions, view_csv};
 
 /// What can be read, for messages.
-const READABLE: &str = "C3D and TRC takes, glTF and GLB rigs, tables of curves, Live Link Face recordings, tables of markers \
-                        (plain, of Motive, Vicon or OpenFace), landmarks or views of cameras (CSV), PNG pictures, \
-                        calibrated cameras (JSON), regions (JSON or RON)";
+const READABLE: &str = "C3D and TRC takes, glTF and GLB rigs, FBX rigs, OBJ faces, tables of curves, Live Link Face \
+                        recordings, tables of markers (plain, of Motive, Vicon or OpenFace), landmarks or views of cameras \
+                        (CSV), PNG pictures, calibrated cameras (JSON), regions (JSON or RON)";
 
 /// The kinds of file.
 #[derive(Clone, Copy)]
 enum Kind {
     Markers(markers::Kind),
     Gltf,
+    Fbx,
+    Obj,
     Png,
     Curves,
     Landmarks,
@@ -41,6 +43,8 @@ pub fn inspect(name: &str, bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<In
     Ok(match kind {
         Kind::Markers(kind) => facts::markers(&markers::open_as(kind, bytes)?),
         Kind::Gltf => facts::head(&gltf::outline(bytes, stem, sibling)?),
+        Kind::Fbx => facts::fbx(&fbx::outline(bytes, stem)?),
+        Kind::Obj => facts::obj(&obj::open(bytes)?, stem)?,
         Kind::Png => facts::picture(&png::read(bytes)?),
         Kind::Curves => facts::curves(&curves::open(bytes)?),
         Kind::Landmarks => landmarks::facts(&Table::read(text(bytes)?)?)?,
@@ -56,6 +60,12 @@ fn by_content(bytes: &[u8]) -> Option<Kind> {
     }
     if gltf::detect(bytes) {
         return Some(Kind::Gltf);
+    }
+    if fbx::detect(bytes) {
+        return Some(Kind::Fbx);
+    }
+    if obj::detect(bytes) {
+        return Some(Kind::Obj);
     }
     // OpenFace's landmarks in the picture are no markers, and are told of as landmarks.
     match markers::detect(bytes) {
@@ -90,6 +100,8 @@ fn by_ending(name: &str) -> Option<Kind> {
     let (_, ending) = name.rsplit_once('.')?;
     Some(match ending.to_lowercase().as_str() {
         "glb" | "gltf" => Kind::Gltf,
+        "fbx" => Kind::Fbx,
+        "obj" => Kind::Obj,
         "png" => Kind::Png,
         "csv" => Kind::Curves,
         "json" | "ron" => Kind::Regions,

@@ -160,7 +160,8 @@ pub fn fill_gaps(
         if gaps.is_empty() {
             continue;
         }
-        let by_shapes = plan.as_ref().and_then(|plan| plan.guide(column)).map(|own| (Guide::Shapes(own), Source::Shapes));
+        let by_shapes =
+            plan.as_ref().and_then(|plan| plan.guide(column)).map(|own| (Guide::Shapes(own), Source::Shapes));
         let guide = by_shapes.or_else(|| {
             let own = Neighbourhood::of(column, rest.as_ref()?, options.neighbours)?;
             Some((Guide::Neighbours(own), Source::Neighbours))

@@ -189,7 +189,10 @@ fn what_cannot_be_used_is_named() {
     let mut positions = take.positions().to_vec();
     positions[36 * 2 + 5].y = f32::INFINITY;
     let infinite = take.with_positions(positions).unwrap();
-    assert_eq!(fill_gaps(&infinite, None, None, &options), Err(GapError::Infinite { marker: "m5".to_owned(), frame: 9 }));
+    assert_eq!(
+        fill_gaps(&infinite, None, None, &options),
+        Err(GapError::Infinite { marker: "m5".to_owned(), frame: 9 })
+    );
 }
 
 #[test]

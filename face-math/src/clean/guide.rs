@@ -140,9 +140,8 @@ impl<'a> ShapePlan<'a> {
         for _ in 0..TURNS {
             let head = fit_rigid(&shape, now, None).ok()?.motion;
             let back = head.inverse();
-            let offsets = Mat::from_fn(3 * places.len(), 1, |row, _| {
-                (back.apply(now[row / 3]) - mean[row / 3])[row % 3]
-            });
+            let offsets =
+                Mat::from_fn(3 * places.len(), 1, |row, _| (back.apply(now[row / 3]) - mean[row / 3])[row % 3]);
             let by = factor.solve(modes.transpose() * &offsets);
             let bent = &modes * &by;
             for (marker, point) in shape.iter_mut().enumerate() {

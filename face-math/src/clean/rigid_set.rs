@@ -35,7 +35,9 @@ pub struct RigidSet {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RigidSetError {
     /// Too few markers are seen together.
-    #[error("no three markers of the {markers} are seen together in {needed} frames and off a line; name rigid markers instead")]
+    #[error(
+        "no three markers of the {markers} are seen together in {needed} frames and off a line; name rigid markers instead"
+    )]
     None {
         /// Markers of the take.
         markers: usize,
@@ -81,7 +83,8 @@ pub fn find_rigid(take: &Markers, most: usize) -> Result<RigidSet, RigidSetError
     let strain = |a: usize, b: usize| {
         pairs[a * count + b].map_or(f64::INFINITY, |(apart, spread): (f64, f64)| spread / apart.max(1e-6))
     };
-    let (_, first) = seed(count, &pairs, &strain).ok_or(RigidSetError::None { markers: count, needed: NEEDED_FRAMES })?;
+    let (_, first) =
+        seed(count, &pairs, &strain).ok_or(RigidSetError::None { markers: count, needed: NEEDED_FRAMES })?;
     let mut set = first.to_vec();
     let mut limit = f64::INFINITY;
     while set.len() < most.max(3) {

@@ -76,7 +76,8 @@ pub fn kernel(smoothing: Smoothing) -> Result<Vec<f64>, SmoothingError> {
                 return Err(wrong);
             }
             // Places as shares of the reach keep the powers near 1.
-            let power = |row: usize, order: usize| ((row as f64 - reach as f64) / reach.max(1) as f64).powi(order as i32);
+            let power =
+                |row: usize, order: usize| ((row as f64 - reach as f64) / reach.max(1) as f64).powi(order as i32);
             let powers = Mat::from_fn(2 * reach + 1, degree + 1, power);
             let normal = powers.transpose() * &powers;
             let factor = normal.llt(Side::Lower).map_err(|_| wrong)?;

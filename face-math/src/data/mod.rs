@@ -22,8 +22,8 @@ pub use markers::Markers;
 pub use meshes::Meshes;
 pub use noise::{MarkerNoise, NoiseOfMarker};
 pub use regions::{Region, Regions};
-pub use shape_space::ShapeSpace;
 pub use rig::{Driver, JawMotion, JawSkin, Part, Rig, Shape};
+pub use shape_space::ShapeSpace;
 pub use views::Views;
 
 use wire::{FrameAxis, JoinError};

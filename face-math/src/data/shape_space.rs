@@ -115,8 +115,7 @@ mod tests {
     #[test]
     fn spaces_round_trip_and_misfits_are_refused() {
         let names = || vec!["a".to_owned(), "b".to_owned()];
-        let space =
-            ShapeSpace::new(names(), vec![Vec3::ZERO; 2], vec![Vec3::X; 4], vec![2e-3, 1e-3], 1e-4).unwrap();
+        let space = ShapeSpace::new(names(), vec![Vec3::ZERO; 2], vec![Vec3::X; 4], vec![2e-3, 1e-3], 1e-4).unwrap();
         assert_eq!(space.mode(1), [Vec3::X; 2]);
         let encoded = (&space as &dyn Value).encoded();
         let decoded = (ValueKind::of::<ShapeSpace>().decode)(&encoded).unwrap();

@@ -2,6 +2,8 @@
 //!
 //! Read in this order:
 //!
+//! - [`shape_drivers`]: what names of shapes mean.
+//! - [`join_shapes`]: rigs of one neutral face, each with some of the shapes, as one.
 //! - [`ShapeDrivers`]: channel weights to shape weights (combinations, in-betweens).
 //! - [`JawPose`]: where the jaw stands at given shape weights.
 //! - [`Puppet`]: all vertices of a head at given weights.
@@ -17,9 +19,11 @@ mod drivers;
 mod error;
 mod jaw;
 mod jaw_split;
+mod join_shapes;
 mod marker_rig;
 mod puppet;
 mod rigid;
+mod shape_names;
 mod skin_jaw;
 mod snap;
 #[cfg(test)]
@@ -30,8 +34,10 @@ pub use closest::{ClosestPoint, closest_on_triangle};
 pub use drivers::ShapeDrivers;
 pub use error::RigError;
 pub use jaw::JawPose;
+pub use join_shapes::{JoinShapesError, Sculpts, join_shapes};
 pub use marker_rig::{MarkerPose, MarkerRig};
 pub use puppet::Puppet;
 pub use rigid::{Rigid, RigidError, RigidFit, fit_rigid};
+pub use shape_names::{ShapeNameError, shape_drivers};
 pub use skin_jaw::{JawFit, SkinJawOptions, SkinnedJaw, skin_jaw};
 pub use snap::{SNAP_M, Snapped, snap_to_vertices};

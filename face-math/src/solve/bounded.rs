@@ -45,7 +45,9 @@ pub struct WarmStart {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum BoundedError {
     /// H is not symmetric with the right size, or holds numbers that are not finite.
-    #[error("the matrix of {size} unknowns has {numbers} finite numbers, or bounds of other sizes or in the wrong order")]
+    #[error(
+        "the matrix of {size} unknowns has {numbers} finite numbers, or bounds of other sizes or in the wrong order"
+    )]
     Shape {
         /// Unknowns.
         size: usize,

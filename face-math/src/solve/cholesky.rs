@@ -87,8 +87,9 @@ mod tests {
         let (size, mut dice) = (9, Dice(6));
         let roots: Vec<f64> = (0..size * size).map(|_| f64::from(dice.roll())).collect();
         let entry = |i: usize, j: usize| (0..size).map(|k| roots[i * size + k] * roots[j * size + k]).sum::<f64>();
-        let matrix: Vec<f64> =
-            (0..size * size).map(|at| entry(at / size, at % size) + f64::from(u8::from(at / size == at % size))).collect();
+        let matrix: Vec<f64> = (0..size * size)
+            .map(|at| entry(at / size, at % size) + f64::from(u8::from(at / size == at % size)))
+            .collect();
         let mut factor = Cholesky::default();
         for odd in [false, true, true] {
             factor.of_block(&matrix, size, |i| (i % 3 != 0) == odd);

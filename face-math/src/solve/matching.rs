@@ -96,12 +96,8 @@ impl LinearPuppet {
         if !(options.rest >= 0.0 && options.rest.is_finite()) {
             return refuse("the pull to rest", options.rest, "give 0 or more");
         }
-        let shared: Vec<(usize, usize)> = puppet
-            .names()
-            .iter()
-            .enumerate()
-            .filter_map(|(place, name)| Some((place, take.index(name)?)))
-            .collect();
+        let shared: Vec<(usize, usize)> =
+            puppet.names().iter().enumerate().filter_map(|(place, name)| Some((place, take.index(name)?))).collect();
         if shared.is_empty() {
             return Err(MatchError::NoMarker);
         }

@@ -30,11 +30,7 @@ const EDGE: f64 = 1e-9;
 ///
 /// # Panics
 /// Where a triangle asks for a vertex that is not there.
-pub fn cast_ray<'t>(
-    ray: &Ray,
-    vertices: &[Vec3],
-    triangles: impl IntoIterator<Item = &'t [u32; 3]>,
-) -> Option<Hit> {
+pub fn cast_ray<'t>(ray: &Ray, vertices: &[Vec3], triangles: impl IntoIterator<Item = &'t [u32; 3]>) -> Option<Hit> {
     let mut first: Option<Hit> = None;
     for (triangle, corners) in triangles.into_iter().enumerate() {
         let [a, b, c] = corners.map(|vertex| vertices[vertex as usize].as_dvec3());

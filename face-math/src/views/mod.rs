@@ -12,4 +12,4 @@ mod triangulate;
 pub use cast::{Hit, cast_ray};
 pub use lens::{Projected, Ray, project, ray_through};
 pub use point::{Found, Sight, TriangulateOptions, Unfound, locate};
-pub use triangulate::{Triangulated, TriangulateError, triangulate};
+pub use triangulate::{TriangulateError, Triangulated, triangulate};

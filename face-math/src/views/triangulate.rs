@@ -123,9 +123,10 @@ mod tests {
 
     fn seen(cameras: &Cameras, places: &[DVec3]) -> Views {
         let names = (0..places.len()).map(|index| format!("m{index}")).collect();
-        let points = cameras.cameras().iter().flat_map(|camera| {
-            places.iter().map(move |place| project(camera, *place).unwrap().point_px.as_vec2())
-        });
+        let points = cameras
+            .cameras()
+            .iter()
+            .flat_map(|camera| places.iter().map(move |place| project(camera, *place).unwrap().point_px.as_vec2()));
         Views::new(FrameAxis::new(1, 60.0), cameras.names(), names, points.collect()).unwrap()
     }
 

@@ -7,7 +7,8 @@ use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-const TAKES: Port<Markers> = Port::new("markers", "one take or several, in metres, as tracked: neither smoothed nor filled");
+const TAKES: Port<Markers> =
+    Port::new("markers", "one take or several, in metres, as tracked: neither smoothed nor filled");
 const NOISE: Port<MarkerNoise> =
     Port::new("noise", "standard deviation of a coordinate of each marker, in millimetres");
 

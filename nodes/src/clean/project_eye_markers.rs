@@ -108,10 +108,11 @@ impl Node for ProjectEyeMarkers {
             });
             positions.extend(others.iter().flat_map(|others| kept.iter().map(|column| others.frame(frame)[*column])));
             for marker in &eyes {
-                let seen = cameras.iter().find_map(|(index, camera)| {
-                    ray_through(camera, views.at(frame, *index, *marker)?.as_dvec2())
-                });
-                let ray = seen.map(|ray| head.map_or(ray, |head| moved(ray, &head))).filter(|ray| ray.direction.is_finite());
+                let seen = cameras
+                    .iter()
+                    .find_map(|(index, camera)| ray_through(camera, views.at(frame, *index, *marker)?.as_dvec2()));
+                let ray =
+                    seen.map(|ray| head.map_or(ray, |head| moved(ray, &head))).filter(|ray| ray.direction.is_finite());
                 let hit = ray.and_then(|ray| cast_ray(&ray, &posed, triangles.iter().copied()));
                 positions.push(hit.map_or(Vec3::NAN, |hit| hit.place_m.as_vec3()));
             }
@@ -133,7 +134,8 @@ impl ProjectEyeMarkers {
         let used = cameras.cameras().iter().filter(|camera| chosen.contains(&camera.name));
         let used: Vec<_> = used.filter_map(|camera| Some((place(&camera.name)?, camera))).collect();
         if used.is_empty() {
-            let problem = format!("none of the views' cameras is calibrated and chosen; the views have {:?}", views.cameras());
+            let problem =
+                format!("none of the views' cameras is calibrated and chosen; the views have {:?}", views.cameras());
             return Err(NodeError::input(CAMERAS.name(), problem));
         }
         Ok(used)

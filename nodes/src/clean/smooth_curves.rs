@@ -71,11 +71,8 @@ impl Node for SmoothCurves {
         let curves = inputs.get(&CURVES)?;
         let kernel = kernel(self.smoothing()).map_err(|error| NodeError::parameter("filter", error))?;
         let chosen = Patterns { parameter: "channels", what: "channel", names: curves.channels() };
-        let chosen = if self.channels.is_empty() {
-            vec![true; curves.channels().len()]
-        } else {
-            chosen.fits(&self.channels)?
-        };
+        let chosen =
+            if self.channels.is_empty() { vec![true; curves.channels().len()] } else { chosen.fits(&self.channels)? };
         let width = curves.channels().len();
         let mut values = curves.values().to_vec();
         for channel in (0..width).filter(|channel| chosen[*channel]) {

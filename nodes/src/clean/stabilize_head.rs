@@ -120,7 +120,8 @@ mod tests {
         let width = take.names().len();
         let positions = take.positions().iter().enumerate().map(|(index, point)| {
             let time = (index / width) as f64 / 60.0;
-            let motion = motion_of([0.1 * time.sin(), 1.5, 0.05 * time, 0.2 * time.sin(), 0.6 * (0.7 * time).sin(), 0.1]);
+            let motion =
+                motion_of([0.1 * time.sin(), 1.5, 0.05 * time, 0.2 * time.sin(), 0.6 * (0.7 * time).sin(), 0.1]);
             motion.apply(point.as_dvec3()).as_vec3()
         });
         take.with_positions(positions.collect()).unwrap()
@@ -163,7 +164,8 @@ mod tests {
         let Some((take, neutral)) = real("day2_167") else { return };
         let found = run(json!({"rigid": ["head_*"]}), &take, &neutral).unwrap();
         let fit = found.get(&FIT).unwrap();
-        let residual_mm = (0..fit.frames()).map(|frame| f64::from(fit.frame(frame)[0])).sum::<f64>() / fit.frames() as f64;
+        let residual_mm =
+            (0..fit.frames()).map(|frame| f64::from(fit.frame(frame)[0])).sum::<f64>() / fit.frames() as f64;
         assert!(residual_mm < 0.5, "{residual_mm} mm");
         let spread = |markers: &Markers| {
             let column = markers.index("head_0").unwrap();

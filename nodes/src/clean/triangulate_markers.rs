@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 const VIEWS: Port<Views> = Port::new("views", "where each camera saw each marker, in pixels of the distorted picture");
 const CAMERAS: Port<Cameras> = Port::new("cameras", "the calibrated cameras that the views name");
-const MARKERS: Port<Markers> = Port::new("markers", "the markers in space, in metres; those without a place are missing");
+const MARKERS: Port<Markers> =
+    Port::new("markers", "the markers in space, in metres; those without a place are missing");
 const RESIDUAL: Port<Curves> = Port::new(
     "residual_px",
     "a channel a marker: how far its place is from where the used cameras saw it, root mean square in pixels; NaN where \
@@ -19,7 +20,8 @@ const UNCERTAINTY: Port<Curves> = Port::new(
     "a channel a marker: distance from the true place that noise leads one to expect, root mean square in millimetres; \
      NaN where it is missing",
 );
-const USED: Port<Curves> = Port::new("used_views", "a channel a marker: how many views its place rests on; 0 where it is missing");
+const USED: Port<Curves> =
+    Port::new("used_views", "a channel a marker: how many views its place rests on; 0 where it is missing");
 
 /// Finds markers in space from the views of calibrated cameras.
 ///
@@ -114,9 +116,8 @@ mod tests {
     /// Distances from the truth in millimetres, the least first, and how many markers are missing.
     fn errors_mm(found: &Outputs, truth: &Markers) -> (Vec<f32>, usize) {
         let markers = found.get(&MARKERS).unwrap();
-        let apart = |(name, place): (&String, &glam::Vec3)| {
-            1000.0 * place.distance(truth.frame(0)[truth.index(name).unwrap()])
-        };
+        let apart =
+            |(name, place): (&String, &glam::Vec3)| 1000.0 * place.distance(truth.frame(0)[truth.index(name).unwrap()]);
         let mut errors: Vec<f32> =
             markers.names().iter().zip(markers.frame(0)).map(apart).filter(|error| !error.is_nan()).collect();
         errors.sort_by(f32::total_cmp);

@@ -8,8 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-const VIEWS: Port<Views> =
-    Port::new("views", "2D markers of each camera over frames, in pixels from the top left; those not seen are missing");
+const VIEWS: Port<Views> = Port::new(
+    "views",
+    "2D markers of each camera over frames, in pixels from the top left; those not seen are missing",
+);
 
 /// Loads 2D markers from a table (CSV): one row for each marker that a camera saw.
 ///

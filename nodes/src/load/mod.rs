@@ -17,7 +17,20 @@ pub use load_rig::LoadRig;
 pub use load_views::LoadViews;
 pub use sample_actor::SampleActor;
 
+use graph_core::node::Context;
+use std::path::Path;
+
 /// The ending of a file's name, in small letters, without the dot.
 fn extension(name: &str) -> String {
     name.rsplit_once('.').map_or(String::new(), |(_, last)| last.to_lowercase())
+}
+
+/// Files beside the source file, for readers of formats that lie in several files.
+fn beside<'a>(context: &'a Context<'_>) -> impl FnMut(&str) -> std::io::Result<Vec<u8>> + 'a {
+    |path| {
+        if Path::new(path).has_root() {
+            return Err(std::io::Error::other("only files beside the one that names them are read, by relative paths"));
+        }
+        context.sibling(path).map(|bytes| bytes.to_vec()).map_err(std::io::Error::other)
+    }
 }

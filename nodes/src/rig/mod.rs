@@ -3,6 +3,7 @@
 mod attach_markers;
 mod evaluate_rig;
 mod facs_sweep;
+mod join_shapes;
 mod mix_regions;
 mod range_of_motion;
 mod skin_jaw;
@@ -13,6 +14,7 @@ pub(crate) mod toy;
 pub use attach_markers::AttachMarkers;
 pub use evaluate_rig::EvaluateRig;
 pub use facs_sweep::FacsSweep;
+pub use join_shapes::JoinShapes;
 pub use mix_regions::MixRegions;
 pub use range_of_motion::RangeOfMotion;
 pub use skin_jaw::SkinJaw;

@@ -1,33 +1,70 @@
 //! `save_animation`: a rig moved by curves as a file that any viewer plays.
 
 use super::parts;
-use face_io::{WriteError, gltf};
+use face_io::{WriteError, gltf, usda};
 use face_math::data::{Curves, Rig};
 use graph_core::cook::{Artifact, FILES};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::json;
 
 const RIG: Port<Rig> = Port::new("rig", "the head that is moved");
 const CURVES: Port<Curves> =
     Port::new("curves", "a weight for each channel of the rig and each frame; other channels are left out");
 
-/// Writes a rig with its animation as GLB.
+/// In which format a head is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Format {
+    /// GLB: one binary file that browsers, Blender and game engines play.
+    Glb,
+    /// USD as text, with `UsdSkel`: for Houdini, Maya, Omniverse and their like.
+    Usda,
+}
+
+/// Writes a rig with its animation as GLB, or as USD (`UsdSkel`) where the path ends in `.usda`.
 ///
-/// Every shape becomes a morph target with a weight track, correctives and in-betweens included; where the jaw has been
-/// split off (`skin_jaw`), it becomes a joint that turns. One key a frame; time begins at 0 s with the first frame,
-/// whose number stands in the file's `asset.extras`.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+/// Every shape becomes a morph target (blend shape) with a weight track, correctives and in-betweens included, so that
+/// the file plays the same everywhere; where the jaw has been split off (`skin_jaw`), it becomes a joint that turns. One
+/// key a frame. In GLB, time begins at 0 s with the first frame, whose number stands in the file's `asset.extras`; in USD,
+/// time codes are the numbers of the frames.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaveAnimation {
-    /// The file to write, such as `out/{take}.glb`.
+    /// The file to write, such as `out/{take}.glb` or `out/{take}.usda`.
     path: String,
+    /// The format, where the ending of the path is not to choose it.
+    format: Option<Format>,
     /// Parts to leave out of the file, such as `tongue`.
     without_parts: Vec<String>,
 }
 
 graph_core::register!(SaveAnimation);
+
+/// The path is no part of what a result depends on, but its ending chooses the format: that is written in its stead.
+impl Serialize for SaveAnimation {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("SaveAnimation", 3)?;
+        fields.serialize_field("path", &self.path)?;
+        fields.serialize_field("format", &self.chosen())?;
+        fields.serialize_field("without_parts", &self.without_parts)?;
+        fields.end()
+    }
+}
+
+impl SaveAnimation {
+    /// The format asked for, or else the one that the path's ending names.
+    fn chosen(&self) -> Option<Format> {
+        let ending = self.path.rsplit_once('.').map(|(_, ending)| ending.to_lowercase());
+        self.format.or(match ending.as_deref() {
+            Some("usda") => Some(Format::Usda),
+            Some("glb") => Some(Format::Glb),
+            _ => None,
+        })
+    }
+}
 
 #[typetag::serde(name = "save_animation")]
 impl Node for SaveAnimation {
@@ -43,11 +80,22 @@ impl Node for SaveAnimation {
         }
         context.go_on()?;
         let provenance = json!({ "first_frame": axis.first, "frames": axis.count, "rate_hz": axis.rate_hz });
+        let write = match self.chosen() {
+            Some(Format::Usda) => usda::write_animation,
+            Some(Format::Glb) => gltf::write_animation,
+            None if self.path.is_empty() => gltf::write_animation,
+            None => {
+                let problem = format!(
+                    "`{}` ends neither in .glb nor in .usda; name the file so, or say which `format`",
+                    self.path
+                );
+                return Err(NodeError::parameter("path", problem));
+            }
+        };
         let bytes = if self.without_parts.is_empty() {
-            gltf::write_animation(rig, curves, &provenance)
+            write(rig, curves, &provenance)
         } else {
-            let rig = parts::without(rig, "without_parts", &self.without_parts)?;
-            gltf::write_animation(&rig, curves, &provenance)
+            write(&parts::without(rig, "without_parts", &self.without_parts)?, curves, &provenance)
         };
         let bytes = bytes.map_err(|error| match error {
             WriteError::Data(_) | WriteError::NotFinite { .. } => NodeError::input(CURVES.name(), error),
@@ -95,6 +143,20 @@ mod tests {
         let jawed = skin_jaw(&HEAD.rig, &SkinJawOptions::default()).unwrap().rig;
         let file = outline(&saved(json!({}), &jawed, &HEAD.range_of_motion).unwrap());
         assert_eq!(tracks(&file), ["weights", "rotation", "translation"]);
+    }
+
+    #[test]
+    fn the_ending_chooses_the_format() {
+        let with =
+            |path: &str| saved(json!({"path": path, "without_parts": ["tongue"]}), &HEAD.rig, &HEAD.range_of_motion);
+        let text = String::from_utf8(with("out/Head.USDA").unwrap()).unwrap();
+        assert!(text.starts_with("#usda 1.0\n") && text.contains("int64 \"frames\" = 600"));
+        assert!(text.contains("def Mesh \"face\"") && !text.contains("def Mesh \"tongue\""));
+        assert!(with("out/{take}.glb").unwrap().starts_with(b"glTF"));
+        assert!(with("head.usdc").unwrap_err().contains("neither in .glb nor in .usda"));
+        let key =
+            |path: &str| serde_json::to_value(made::<SaveAnimation>(json!({"path": path}))).unwrap()["format"].clone();
+        assert_eq!([key("a.usda"), key("a.glb"), key("")], [json!("usda"), json!("glb"), json!(null)]);
     }
 
     #[test]

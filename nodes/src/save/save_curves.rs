@@ -1,6 +1,6 @@
 //! `save_curves`: solved curves as a table, for an animation package or for `load_curves`.
 
-use face_io::curves;
+use face_io::curves::{self, Timecode};
 use face_math::data::Curves;
 use graph_core::cook::{Artifact, FILES};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -24,7 +24,8 @@ enum Style {
 ///
 /// Numbers are the shortest that read back as the same. For Live Link Face the curves must have its channels, under
 /// the names that `load_curves` gives them (`eyeBlink_L`); only `tongueOut` may be absent. `BrowInnerUp` and
-/// `CheekPuff` become the mean of their two sides.
+/// `CheekPuff` become the mean of their two sides. Timecodes count on from `first_timecode`; written with a `;` before
+/// its frames it is drop-frame, which keeps 29.97 and 59.94 Hz beside the clock.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SaveCurves {
@@ -35,11 +36,13 @@ pub struct SaveCurves {
     /// Whether the first line of a plain table is the comment `# rate_hz: 60`. Turn it off for programs that know no
     /// comments; the rate must then be told to whoever reads the file.
     state_rate: bool,
+    /// Timecode of the first frame in a recording of Live Link Face: `18:45:19:00`, or `18:45:19;00` for drop-frame.
+    first_timecode: String,
 }
 
 impl Default for SaveCurves {
     fn default() -> Self {
-        Self { path: String::new(), style: Style::Plain, state_rate: true }
+        Self { path: String::new(), style: Style::Plain, state_rate: true, first_timecode: "00:00:00:00".to_owned() }
     }
 }
 
@@ -55,10 +58,19 @@ impl Node for SaveCurves {
         let curves = inputs.get(&CURVES)?;
         let bytes = match self.style {
             Style::Plain => curves::write(curves, self.state_rate),
-            Style::LiveLink => curves::write_live_link(curves),
+            Style::LiveLink => curves::write_live_link(curves, self.first_timecode()?),
         };
         let bytes = bytes.map_err(|error| NodeError::input(CURVES.name(), error))?;
         Ok(Outputs::default().with(&FILES, Artifact { bytes }))
+    }
+}
+
+impl SaveCurves {
+    fn first_timecode(&self) -> Result<Timecode, NodeError> {
+        Timecode::from_text(&self.first_timecode).ok_or_else(|| {
+            let problem = format!("`{}` is no timecode such as 18:45:19:00", self.first_timecode);
+            NodeError::parameter("first_timecode", problem)
+        })
     }
 }
 
@@ -99,6 +111,22 @@ mod tests {
         let column = own.index("jawOpen").unwrap();
         assert_eq!((back.frames(), back.frame_axis().rate_hz), (own.frames(), 60.0));
         assert!((0..own.frames()).all(|t| own.frame(t)[column].to_bits() == back.frame(t)[read].to_bits()));
+    }
+
+    #[test]
+    fn timecodes_count_on_drop_frame_too() {
+        let own = &HEAD.range_of_motion;
+        let axis = FrameAxis { rate_hz: 60_000.0 / 1001.0, ..own.frame_axis() };
+        let slow = Curves::new(axis, own.channels().to_vec(), own.values().to_vec()).unwrap();
+        let with = |first: &str| json!({"style": "live_link", "first_timecode": first});
+        let text = saved(with("10:00:58;30"), &slow).unwrap();
+        assert!(text.lines().nth(1).unwrap().starts_with("10:00:58;30.000,52,"));
+        assert!(text.contains("\n10:00:59;59.000,") && text.contains("\n10:01:00;04.000,"));
+        let back = curves::read(text.as_bytes(), None).unwrap();
+        assert_eq!((back.frames(), back.frame_axis().rate_hz.to_bits()), (own.frames(), axis.rate_hz.to_bits()));
+        assert!(saved(with("10:01:00;03"), &slow).unwrap_err().contains("leaves it out"));
+        assert!(saved(with("10:00:58;30"), own).unwrap_err().contains("needs curves at 29.97"));
+        assert!(saved(with("soon"), own).unwrap_err().contains("`first_timecode`"));
     }
 
     #[test]

@@ -12,8 +12,10 @@ use wire::FrameAxis;
 
 const MARKERS: Port<Markers> = Port::new("markers", "exact markers, in metres");
 const CURVES: Port<Curves> = Port::new("curves", "the weights that made them, to be repeated beside the copies");
-const NOISE: Port<MarkerNoise> =
-    Port::new("noise", "measured noise of the markers (`measure_jitter`); `by_marker` goes before it, `sigma_mm` after it");
+const NOISE: Port<MarkerNoise> = Port::new(
+    "noise",
+    "measured noise of the markers (`measure_jitter`); `by_marker` goes before it, `sigma_mm` after it",
+);
 const JITTERED: Port<Markers> = Port::new("markers", "the noisy copies, one behind the other, in metres");
 const REPEATED: Port<Curves> =
     Port::new("curves", "the weights of the same frames; no channels where no curves came in");

@@ -109,9 +109,11 @@ mod tests {
         let truth = toy::curves(90, 4);
         let markers = take(&truth);
         let mut dice = toy::Dice(6);
-        let positions = markers.positions().iter().enumerate().map(|(index, point)| {
-            if index % 41 == 3 { Vec3::NAN } else { *point + dice.point() * 2e-3 }
-        });
+        let positions = markers
+            .positions()
+            .iter()
+            .enumerate()
+            .map(|(index, point)| if index % 41 == 3 { Vec3::NAN } else { *point + dice.point() * 2e-3 });
         let markers = markers.with_positions(positions.collect()).unwrap();
         let whole = run(json!({}), &markers).unwrap();
         for range in [0..32, 32..64, 64..90, 17..18] {

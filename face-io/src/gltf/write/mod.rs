@@ -5,15 +5,13 @@
 //! morphs first and skins then, which is the order of section 6 of the deepfake capture paper.
 
 mod bin;
-mod motion;
 mod surface;
 
 use crate::WriteError;
+use crate::motion::{Motion, jaw_shares};
 use bin::Bin;
-use face_math::data::{Curves, JawSkin, Rig};
-use face_math::rig::ShapeDrivers;
+use face_math::data::{Curves, Rig};
 use glam::Vec3;
-use motion::Motion;
 use serde_json::{Value, json};
 
 const FORMAT: &str = "GLB";
@@ -41,14 +39,13 @@ pub fn write(rig: &Rig, provenance: &Value) -> Result<Vec<u8>, WriteError> {
 /// # Errors
 /// Where a channel of the rig has no curve, a value is not finite, or the rig does not fit the format.
 pub fn write_animation(rig: &Rig, curves: &Curves, provenance: &Value) -> Result<Vec<u8>, WriteError> {
-    let curves = curves.arrange(&rig.channels, None)?;
-    let motion = Motion::of(rig, &curves, &ShapeDrivers::new(rig)?)?;
+    let motion = Motion::of(rig, curves, FORMAT)?;
     write_file(rig, Some(&motion), provenance)
 }
 
 fn write_file(rig: &Rig, motion: Option<&Motion>, provenance: &Value) -> Result<Vec<u8>, WriteError> {
     let mut bin = Bin::default();
-    let share = jaw_shares(rig)?;
+    let share = jaw_shares(rig, FORMAT)?;
     let (materials, material_of) = materials(rig);
     let mut primitives = Vec::with_capacity(rig.parts.len());
     for (part, material) in rig.parts.iter().zip(material_of) {
@@ -98,25 +95,6 @@ fn write_file(rig: &Rig, motion: Option<&Motion>, provenance: &Value) -> Result<
     bin.finish(file)
 }
 
-/// The share of the jaw in each vertex: that of the split jaw, or else of the rig's own skin.
-fn jaw_shares(rig: &Rig) -> Result<Option<&[f32]>, WriteError> {
-    let shares = match &rig.jaw {
-        Some(JawSkin { weights, .. }) => weights,
-        None if rig.skin.is_empty() => return Ok(None),
-        None => &rig.skin,
-    };
-    match shares.iter().position(|share| !(0.0..=1.0).contains(share)) {
-        None => Ok(Some(shares)),
-        Some(at) => Err(WriteError::Range {
-            format: FORMAT,
-            what: format!("share of the jaw in vertex {at}"),
-            value: shares[at].into(),
-            low: 0.0,
-            high: 1.0,
-        }),
-    }
-}
-
 /// One material for each colour, and the material of each part. Colours are held between 0 and 1.
 fn materials(rig: &Rig) -> (Vec<Value>, Vec<usize>) {
     let mut colours: Vec<[f32; 3]> = Vec::new();
@@ -149,10 +127,8 @@ fn animation(bin: &mut Bin, rig: &Rig, motion: &Motion, pivot: Vec3) -> Result<V
         track(HEAD_NODE, "weights", bin.scalars(&motion.shape_weights)?);
     }
     if !motion.jaw.is_empty() {
-        // The joint stands at the pivot p and its vertices are bound there, so x ↦ R x + T is its rotation R about p
-        // followed by the translation R p + T.
         let rotations: Vec<[f32; 4]> = motion.jaw.iter().map(|key| key.rotation.to_array()).collect();
-        let translations: Vec<Vec3> = motion.jaw.iter().map(|key| key.rotation * pivot + key.translation_m).collect();
+        let translations: Vec<Vec3> = motion.jaw.iter().map(|key| key.joint_translation_m(pivot)).collect();
         track(JAW_NODE, "rotation", bin.quaternions(&rotations)?);
         track(JAW_NODE, "translation", bin.points(&translations)?);
     }

@@ -2,10 +2,9 @@
 
 use super::bin::Bin;
 use crate::WriteError;
+use crate::surface::normals;
 use face_math::data::{Part, Rig};
-use glam::Vec3;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 
 /// Writes the arrays of a part and answers with its primitive, all but the material.
 pub(super) fn primitive(bin: &mut Bin, rig: &Rig, part: &Part, share: Option<&[f32]>) -> Result<Value, WriteError> {
@@ -57,26 +56,4 @@ pub(super) fn primitive(bin: &mut Bin, rig: &Rig, part: &Part, share: Option<&[f
         primitive["targets"] = json!(targets);
     }
     Ok(primitive)
-}
-
-/// Normals of vertices: the sum of the normals of the triangles around, each as long as the triangle is large, of
-/// length 1. Vertices in one place (split along a texture's seam) share theirs; where there is none it is +Z.
-fn normals(positions: &[Vec3], corners: &[u32]) -> Vec<Vec3> {
-    let place = |point: Vec3| point.to_array().map(f32::to_bits);
-    let mut sums: BTreeMap<[u32; 3], Vec3> = BTreeMap::new();
-    for triangle in corners.chunks_exact(3) {
-        let [a, b, c] = [0, 1, 2].map(|corner| positions[triangle[corner] as usize]);
-        let normal = (b - a).cross(c - a);
-        for corner in [a, b, c] {
-            *sums.entry(place(corner)).or_default() += normal;
-        }
-    }
-    positions
-        .iter()
-        .map(|point| {
-            let sum = sums.get(&place(*point)).copied().unwrap_or_default();
-            // Triangles of a head are so small that their areas want lifting before they are normalised.
-            (sum * 1e6).try_normalize().unwrap_or(Vec3::Z)
-        })
-        .collect()
 }

@@ -1,14 +1,27 @@
-//! Names of morph targets and what they mean: channels, combination correctives and in-betweens.
+//! Names of shapes and what they mean: channels, combination correctives and in-betweens. Every reader of rigs asks here.
 
-use super::GltfError;
-use face_math::data::{Driver, nearest_name};
+use crate::data::{Driver, nearest_name};
+
+/// A shape's name that makes no sense among the other names of its rig.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("shape `{name}`: {problem}")]
+pub struct ShapeNameError {
+    /// The name.
+    pub name: String,
+    /// What is wrong with it, and the nearest name that would be right.
+    pub problem: String,
+}
 
 /// The channels among shape names, in order, and what drives each shape.
 ///
 /// `a+b` is the combination of the channels a and b, `a@0.5` an in-between of the channel a; any other name is a
 /// channel. A name whose parts are no channels at all is a channel too; one where only some are is an error, since it
 /// is nearly always a misspelt channel.
-pub(super) fn drivers(names: &[String]) -> Result<(Vec<String>, Vec<Driver>), GltfError> {
+///
+/// # Errors
+/// Where a part of a name is no channel while others are, a channel is combined with itself, or an in-between does not
+/// peak between 0 and 1.
+pub fn shape_drivers(names: &[String]) -> Result<(Vec<String>, Vec<Driver>), ShapeNameError> {
     let plain: Vec<&String> = names.iter().filter(|name| !name.contains(['+', '@'])).collect();
     let mut channels: Vec<String> = Vec::new();
     for name in names {
@@ -29,8 +42,8 @@ fn is_channel(name: &str, plain: &[&String]) -> bool {
     }
 }
 
-fn driver(name: &str, channels: &[String]) -> Result<Driver, GltfError> {
-    let wrong = |problem: String| GltfError::Shape { name: name.to_owned(), problem };
+fn driver(name: &str, channels: &[String]) -> Result<Driver, ShapeNameError> {
+    let wrong = |problem: String| ShapeNameError { name: name.to_owned(), problem };
     let find = |part: &str| {
         channels.iter().position(|channel| channel == part).map(|index| index as u32).ok_or_else(|| {
             let near = nearest_name(part, channels.iter().map(String::as_str));
@@ -60,8 +73,8 @@ fn driver(name: &str, channels: &[String]) -> Result<Driver, GltfError> {
 mod tests {
     use super::*;
 
-    fn of(names: &[&str]) -> Result<(Vec<String>, Vec<Driver>), GltfError> {
-        drivers(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())
+    fn of(names: &[&str]) -> Result<(Vec<String>, Vec<Driver>), ShapeNameError> {
+        shape_drivers(&names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>())
     }
 
     #[test]

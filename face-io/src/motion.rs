@@ -1,12 +1,33 @@
-//! What moves in each frame: weights of shapes, and the jaw where it is a joint.
+//! What moves in each frame: weights of shapes, and the jaw where it is a joint. Every writer of animated heads asks here.
+//!
+//! Shapes that no other program knows how to drive (combinations, in-betweens) get weights here like all others.
 
 use crate::WriteError;
-use face_math::data::{Curves, Rig};
+use face_math::data::{Curves, JawSkin, Rig};
 use face_math::rig::{JawPose, ShapeDrivers};
 use glam::{DQuat, Quat, Vec3};
 
+/// The share of the jaw in each vertex: that of the split jaw, or else of the rig's own skin.
+pub(crate) fn jaw_shares<'r>(rig: &'r Rig, format: &'static str) -> Result<Option<&'r [f32]>, WriteError> {
+    let shares = match &rig.jaw {
+        Some(JawSkin { weights, .. }) => weights,
+        None if rig.skin.is_empty() => return Ok(None),
+        None => &rig.skin,
+    };
+    match shares.iter().position(|share| !(0.0..=1.0).contains(share)) {
+        None => Ok(Some(shares)),
+        Some(at) => Err(WriteError::Range {
+            format,
+            what: format!("share of the jaw in vertex {at}"),
+            value: shares[at].into(),
+            low: 0.0,
+            high: 1.0,
+        }),
+    }
+}
+
 /// The tracks of an animation.
-pub(super) struct Motion {
+pub(crate) struct Motion {
     /// Seconds from the first frame on.
     pub times_s: Vec<f32>,
     /// `frames × shapes`.
@@ -16,14 +37,25 @@ pub(super) struct Motion {
 }
 
 /// The jaw in one frame: x ↦ R x + T.
-pub(super) struct JawKey {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct JawKey {
     pub rotation: Quat,
     pub translation_m: Vec3,
 }
 
+impl JawKey {
+    /// Where a joint that stands at `pivot` at rest, with its vertices bound there, must move to: x ↦ R x + T is its
+    /// rotation R about the pivot p followed by the translation R p + T.
+    pub fn joint_translation_m(&self, pivot: Vec3) -> Vec3 {
+        self.rotation * pivot + self.translation_m
+    }
+}
+
 impl Motion {
-    /// The motion of curves that are arranged as the rig's channels.
-    pub fn of(rig: &Rig, curves: &Curves, drivers: &ShapeDrivers) -> Result<Self, WriteError> {
+    /// The motion of a rig by curves; those of other channels than the rig's are left out.
+    pub fn of(rig: &Rig, curves: &Curves, format: &'static str) -> Result<Self, WriteError> {
+        let curves = curves.arrange(&rig.channels, None)?;
+        let drivers = ShapeDrivers::new(rig)?;
         let axis = curves.frame_axis();
         let mut motion = Self {
             times_s: (0..axis.count).map(|frame| (frame as f64 / axis.rate_hz) as f32).collect(),
@@ -32,7 +64,7 @@ impl Motion {
         };
         if motion.times_s.windows(2).any(|pair| pair[1] <= pair[0]) || motion.times_s.iter().any(|t| !t.is_finite()) {
             let what = "frame rate (its times must be apart in 32 bits)".to_owned();
-            return Err(WriteError::Range { format: super::FORMAT, what, value: axis.rate_hz, low: 1e-3, high: 1e4 });
+            return Err(WriteError::Range { format, what, value: axis.rate_hz, low: 1e-3, high: 1e4 });
         }
         let mut shapes = Vec::new();
         let mut before = DQuat::IDENTITY;
@@ -41,7 +73,7 @@ impl Motion {
             if let Some(at) = channels.iter().position(|weight| !weight.is_finite()) {
                 let what = format!("channel `{}`", rig.channels[at]);
                 let (frame, value) = (axis.first + frame.cast_signed() as i64, channels[at] as f32);
-                return Err(WriteError::NotFinite { format: super::FORMAT, what, frame, value });
+                return Err(WriteError::NotFinite { format, what, frame, value });
             }
             drivers.weights_into(&channels, &mut shapes);
             motion.shape_weights.extend(shapes.iter().map(|weight| *weight as f32));
