@@ -1,6 +1,6 @@
 //! `load_views`: 2D markers that cameras saw, from a table; what `triangulate_markers` and `project_eye_markers` take.
 
-use super::selection::Selection;
+use super::selection::{Mapping, Selection};
 use face_io::view_csv;
 use face_math::data::Views;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
@@ -49,7 +49,8 @@ impl Node for LoadViews {
         table.rate_hz = self.rate_hz.or(table.rate_hz);
         let all = table.into_views(None).map_err(|error| wrong(&error))?;
         let Self { only, without, rename, .. } = self;
-        let kept = Selection { what: "marker", only, without, rename }.apply(&source.name, all.markers())?;
+        let selection = Selection { what: "marker", only, without, rename, mapping: Mapping::default() };
+        let kept = selection.apply(&source.name, all.markers())?.kept;
         let mut points = Vec::with_capacity(all.frames() * all.cameras().len() * kept.len());
         for frame in 0..all.frames() {
             for camera in 0..all.cameras().len() {
