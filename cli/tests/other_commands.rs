@@ -121,6 +121,7 @@ fn inspect_shows_what_it_can() {
 #[test]
 fn the_store_is_counted() {
     let project = Project::new(GRAPH);
+    project.long_takes();
     let ran = project.run(&["cache", "stat", "graph.ron"]).expect(2);
     assert!(ran.err.contains("there is no store at .grimace"), "{}", ran.err);
     project.run(&["run", "graph.ron"]).expect(0);

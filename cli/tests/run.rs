@@ -141,6 +141,7 @@ fn files_are_written_where_they_are_wanted() {
 #[test]
 fn the_store_is_where_it_is_wanted() {
     let project = Project::new(GRAPH);
+    project.long_takes();
     project.run(&["run", "graph.ron", "--store", "kept"]).expect(0);
     assert!(project.path("kept/actions").is_dir() && !project.path(".grimace").exists());
     let output = project.command(&["run", "graph.ron", "--json"]).env("GRIMACE_STORE", "kept").output().unwrap();

@@ -46,6 +46,7 @@ fn later_layers_count_more_and_explain_names_the_line() {
 #[test]
 fn settings_are_obeyed_and_enter_no_key() {
     let project = Project::new(GRAPH);
+    project.long_takes();
     project.write("grimace.ron", "( store: \"kept\" )");
     assert_eq!(project.run(&["run", "graph.ron", "--json"]).expect(0).summary()["cooked"], 3);
     assert!(project.path("kept/actions").is_dir() && !project.path(".grimace").exists());

@@ -65,6 +65,20 @@ impl Project {
         self.write(&format!("takes/{name}.csv"), &text);
     }
 
+    /// Makes the takes so long that reading them takes longer than a look into the store: what is cheaper is not kept there.
+    pub fn long_takes(&self) {
+        self.long_take("takes/a.csv", 0.5);
+        self.long_take("takes/b.csv", 0.25);
+        self.long_take("rom.csv", 1.0);
+    }
+
+    /// A take of a thousand frames.
+    pub fn long_take(&self, name: &str, weight: f64) {
+        let rate = if name.starts_with("takes/") { "# rate_hz: 60\n" } else { "" };
+        let frames = (0..1000).map(|frame| format!("{frame},{},{}\n", weight * f64::from(frame) / 1000.0, frame % 2));
+        self.write(name, &format!("{rate}frame,jawOpen,mouthSmile_L\n{}", frames.collect::<String>()));
+    }
+
     /// The program, to be run in the project's folder as from a shell without settings.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_grimace"));

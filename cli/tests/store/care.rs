@@ -6,7 +6,7 @@ use std::fs;
 
 /// A project that was cooked with three rates, the last of which its session knows.
 fn cooked() -> Project {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     for rate in ["rate=12.0", "rate=48.0", "rate=24.0"] {
         project.run(&["run", "graph.ron", "--set", rate]).expect(0);
     }

@@ -1,7 +1,7 @@
 //! Bytes that changed on the disk are noticed, named, and made again.
 
 use crate::common::Project;
-use crate::{SAVING, files, stored, written};
+use crate::{files, stored, written};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn damages(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
 
 #[test]
 fn damage_anywhere_is_noticed_named_and_mended() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     project.run(&["run", "graph.ron"]).expect(0);
     let sound = written(&project);
     let pristine: Vec<(PathBuf, Vec<u8>)> =
@@ -92,7 +92,7 @@ fn damage_anywhere_is_noticed_named_and_mended() {
 
 #[test]
 fn verify_names_and_drops_what_is_damaged() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     project.run(&["run", "graph.ron"]).expect(0);
     let ran = project.run(&["cache", "verify", "graph.ron"]).expect(0);
     assert!(ran.out.contains("11 files of ") && ran.out.ends_with("read, all sound\n"), "{}", ran.out);
@@ -123,9 +123,9 @@ fn verify_names_and_drops_what_is_damaged() {
 
 #[test]
 fn eight_processes_at_once_write_the_same_bits_into_a_sound_store() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     for take in 0..24 {
-        project.take(&format!("take_{take:02}"), f64::from(take) / 24.0);
+        project.long_take(&format!("takes/take_{take:02}.csv"), f64::from(take) / 24.0);
     }
     project.run(&["run", "graph.ron", "--store", "alone"]).expect(0);
     let alone = written(&project);

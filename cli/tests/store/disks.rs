@@ -3,8 +3,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so loudly")]
 
-use crate::common::Project;
-use crate::{SAVING, files, written};
+use crate::{files, written};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -37,7 +36,7 @@ impl Drop for Mounted {
 
 #[test]
 fn a_full_disk_is_told_and_the_store_stays_sound() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     let store = project.path("small");
     std::fs::create_dir(&store).unwrap();
     let Some(_disk) = Mounted::at(&store, &["-t", "tmpfs", "-o", "size=2m", "none"]) else { return };
@@ -61,14 +60,14 @@ fn a_full_disk_is_told_and_the_store_stays_sound() {
     assert!(before.iter().all(|file| file.is_file()), "nothing that stood there was lost");
     assert_eq!(files(&store.join("temporary")), Vec::<PathBuf>::new(), "no half file is left");
     project.run(&["cache", "verify", "--store", "small"]).expect(0);
-    project.write("rom.csv", "frame,jawOpen\n1,0\n2,1\n3,0\n");
+    project.long_take("rom.csv", 1.0);
     let again = project.run(&["run", "graph.ron", "--store", "small", "--json"]).expect(0).summary();
     assert_eq!(again["failed"], 0);
 }
 
 #[test]
 fn a_disk_that_may_only_be_read_is_told_and_stays_as_it_is() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     project.run(&["run", "graph.ron", "--store", "kept"]).expect(0);
     let sound = written(&project);
     let store = project.path("kept");
@@ -78,7 +77,7 @@ fn a_disk_that_may_only_be_read_is_told_and_stays_as_it_is() {
     let content =
         |_: &str| files(&store).into_iter().map(|file| (std::fs::read(&file).unwrap(), file)).collect::<Vec<_>>();
     let before = content("before");
-    project.take("c", 0.75);
+    project.long_take("takes/c.csv", 0.75);
     let ran = project.run(&["run", "graph.ron", "--store", "kept"]).expect(2);
     for part in ["the store at kept cannot be written", "Read-only file system", "--store"] {
         assert!(ran.err.contains(part), "{part}: {}", ran.err);

@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::common::Project;
-use crate::{SAVING, age, files, stored};
+use crate::{age, files, stored};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
@@ -26,7 +26,7 @@ fn cooking(project: &Project) -> Child {
 
 #[test]
 fn a_running_cook_keeps_what_it_may_need_and_a_killed_one_keeps_nothing() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     project.run(&["run", "graph.ron"]).expect(0);
     let all = stored(&project);
     let old: Vec<_> = files(&project.path(".grimace/packs")).into_iter().take(2).collect();
@@ -60,7 +60,7 @@ fn a_running_cook_keeps_what_it_may_need_and_a_killed_one_keeps_nothing() {
 
 #[test]
 fn leases_of_other_hosts_count_until_they_expire() {
-    let project = Project::new(SAVING);
+    let project = crate::project();
     project.run(&["run", "graph.ron"]).expect(0);
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_millis() as u64;
     let session = files(&project.path(".grimace/sessions")).remove(0);

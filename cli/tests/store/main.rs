@@ -23,6 +23,13 @@ pub(crate) const SAVING: &str = r#"(
     },
 )"#;
 
+/// A project whose results are worth keeping.
+pub(crate) fn project() -> Project {
+    let project = Project::new(SAVING);
+    project.long_takes();
+    project
+}
+
 /// All files below a folder, in order.
 pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
