@@ -52,7 +52,7 @@ pub fn run(
     }
     let store = Arc::new(graph::store(store, &asked.path));
     // Held for as long as the cook runs, so that nobody removes what it needs.
-    let lease = if options.dry { None } else { Some(store.lease(&session_name(&asked.path))?) };
+    let lease = if options.dry { None } else { Some(store.lease(&session_name(&store, &asked.path))?) };
     let told = |event: Event| {
         logs::log(&event);
         tell(event);

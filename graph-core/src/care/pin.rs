@@ -21,7 +21,7 @@ pub struct Pin {
 /// # Errors
 /// Where the graph was never cooked with this store, or the store cannot be written.
 pub fn pin(store: &Store, graph: &Path) -> Result<Pin, StoreError> {
-    let name = session_name(graph);
+    let name = session_name(store, graph);
     if store.peek_session::<Session>(&name).is_none() {
         return Err(StoreError::NeverCooked { graph: graph.to_owned(), store: store.root().to_owned() });
     }
@@ -37,7 +37,7 @@ pub fn pin(store: &Store, graph: &Path) -> Result<Pin, StoreError> {
 /// # Errors
 /// Where the store cannot be written.
 pub fn unpin(store: &Store, graph: &Path) -> Result<bool, StoreError> {
-    if store.drop_pin(&session_name(graph))? {
+    if store.drop_pin(&session_name(store, graph))? {
         return Ok(true);
     }
     let absolute = std::path::absolute(graph).unwrap_or_else(|_| graph.to_owned());

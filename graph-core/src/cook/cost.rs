@@ -15,23 +15,25 @@ pub(crate) const FILE_S: f64 = 2e-3;
 pub(crate) struct Costs {
     /// The kind of each plan node, as an index.
     kinds: Vec<usize>,
-    /// A slow mean of what the kind's cells took; infinite before the first.
+    /// Whether nothing counts as cheap.
+    none: bool,
+    /// A mean of what the kind's cells took; infinite before the first.
     seconds: Vec<f64>,
 }
 
 impl Costs {
-    pub fn of(plan: &Plan) -> Self {
+    pub fn of(plan: &Plan, none: bool) -> Self {
         let mut known: HashMap<&str, usize> = HashMap::new();
         let kinds = plan.nodes.iter().map(|node| {
             let next = known.len();
             *known.entry(node.kind.as_str()).or_insert(next)
         });
         let kinds: Vec<usize> = kinds.collect();
-        Self { kinds, seconds: vec![f64::INFINITY; known.len()] }
+        Self { kinds, none, seconds: vec![f64::INFINITY; known.len()] }
     }
 
     pub fn cheap(&self, plan: usize) -> bool {
-        self.seconds[self.kinds[plan]] < CHEAP_S
+        !self.none && self.seconds[self.kinds[plan]] < CHEAP_S
     }
 
     /// Learns from one computation. A dear one counts at once; cheap ones are believed soon, since a computation may also have

@@ -44,11 +44,20 @@ pub struct Options {
     pub dry: bool,
     /// Whether values stay in memory after a cook, for the next one of the same engine.
     pub resident: bool,
+    /// Whether results are kept that are computed again in less time than they would be read.
+    pub keep_cheap: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { jobs: 0, block_frames: super::BLOCK_FRAMES, only: Vec::new(), dry: false, resident: false }
+        Self {
+            jobs: 0,
+            block_frames: super::BLOCK_FRAMES,
+            only: Vec::new(),
+            dry: false,
+            resident: false,
+            keep_cheap: false,
+        }
     }
 }
 
@@ -175,7 +184,8 @@ impl Engine {
             list_origins.entry(origin.node).or_default().push(index);
         }
         let (sender, receiver) = channel();
-        let shared = Shared { store, files, cancel, tell, block_frames: options.block_frames, sender };
+        let (block_frames, keep_cheap) = (options.block_frames, options.keep_cheap);
+        let shared = Shared { store, files, cancel, tell, block_frames, keep_cheap, sender };
         Ok(Self {
             of_plan: vec![Vec::new(); plan.nodes.len()],
             overrides: overrides.to_vec(),
@@ -196,7 +206,7 @@ impl Engine {
             failed: BTreeSet::new(),
             tasks: HashMap::new(),
             running: 0,
-            costs: Costs::of(&plan),
+            costs: Costs::of(&plan, options.keep_cheap),
             scratch: Vec::new(),
             summary: Summary::default(),
             broken: None,
@@ -438,7 +448,8 @@ impl Engine {
             return Ok(());
         }
         let session = self.knowledge();
-        self.shared.store.put_session(&session_name(&self.plan.root().path), &session)?;
+        let store = &self.shared.store;
+        store.put_session(&session_name(store, &self.plan.root().path), &session)?;
         Ok(())
     }
 }

@@ -236,7 +236,8 @@ impl Job {
         let (mut outputs, reads) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
         // What is cheap is not written at all: computing it again takes less than a look into the store.
-        let again_s = Some(self.before_s + seconds).filter(|again_s| seconds < CHEAP_S && *again_s < FILE_S);
+        let cheap = !shared.keep_cheap && seconds < CHEAP_S && self.before_s + seconds < FILE_S;
+        let again_s = cheap.then_some(self.before_s + seconds);
         let keep = |port: &PortFacts, value: &Arc<dyn Value>| keep(shared, port, value, seconds, again_s.is_none());
         let mut sets = Vec::with_capacity(self.card.outputs.len());
         for port in &self.card.outputs {

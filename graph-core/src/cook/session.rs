@@ -72,16 +72,22 @@ pub struct Cause {
     pub upstream: Option<String>,
 }
 
-/// The name under which the session of the graph at `graph` is stored.
-pub fn session_name(graph: &Path) -> Digest {
+/// The name under which the session of the graph at `graph` is in `store`. A graph beside its store is known by its file's
+/// name alone, so that a project that is copied with its store goes on where it was.
+pub fn session_name(store: &Store, graph: &Path) -> Digest {
     let path = graph.canonicalize().unwrap_or_else(|_| graph.to_owned());
-    Digest::of(path.as_os_str().as_encoded_bytes())
+    // The store itself may not be there yet, the folder that it will stand in is.
+    let beside = store.root().parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match path.file_name() {
+        Some(name) if beside.canonicalize().ok().as_deref() == path.parent() => Digest::of(name.as_encoded_bytes()),
+        _ => Digest::of(path.as_os_str().as_encoded_bytes()),
+    }
 }
 
 impl Session {
     /// The session of the graph at `graph`; an empty one where there is none.
     pub fn load(store: &Store, graph: &Path) -> Self {
-        store.session(&session_name(graph)).unwrap_or_default()
+        store.session(&session_name(store, graph)).unwrap_or_default()
     }
 }
 

@@ -20,6 +20,8 @@ pub(crate) struct Shared {
     pub tell: Option<Arc<Tell>>,
     /// Frames in a block.
     pub block_frames: usize,
+    /// Whether results are kept that are computed again in less time than they would be read.
+    pub keep_cheap: bool,
     /// Where jobs send what they gave.
     pub sender: Sender<Message>,
 }

@@ -302,3 +302,19 @@ fn results_are_the_same_for_any_number_of_threads_and_size_of_blocks() {
     }
     assert!(outputs.iter().all(|output| *output == outputs[0]));
 }
+
+#[test]
+fn results_are_the_same_where_cheap_ones_are_not_kept() {
+    let (kept, mut cheap) = (takes(), takes());
+    cheap.options.keep_cheap = false;
+    for set in [&["by=3.0"][..], &["by=7.0"], &["by=3.0"]] {
+        kept.cook_with(set);
+        let cooked = cheap.cook_with(set);
+        assert_eq!(cooked.summary.failed, 0, "{:#?}", cooked.events);
+        assert_eq!(
+            (cheap.read("out/a.txt"), cheap.read("out/b.txt")),
+            (kept.read("out/a.txt"), kept.read("out/b.txt"))
+        );
+        assert_eq!(cheap.cook_with(set).summary.cooked, 0, "nothing changed");
+    }
+}

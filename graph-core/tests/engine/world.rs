@@ -245,7 +245,10 @@ impl Cooked {
 
 impl Project {
     pub fn new(graph: &str) -> Self {
-        let project = Self { folder: tempfile::tempdir().unwrap(), options: Options { jobs: 2, ..Options::default() } };
+        let project = Self {
+            folder: tempfile::tempdir().unwrap(),
+            options: Options { jobs: 2, keep_cheap: true, ..Options::default() },
+        };
         project.write("graph.ron", graph);
         project
     }
