@@ -9,7 +9,9 @@
 //! c = (PₛᵀPₛ + σ² diag(1/λₖ))⁻¹ Pₛᵀ (Rᵀ(y − t) − μₛ)
 //! ```
 //!
-//! (Tipping and Bishop 1999, Eq. 6, over the rows s that are seen), by turns.
+//! (Tipping and Bishop 1999, Eq. 6, over the rows s that are seen), by turns. What a face does that the shapes do not know
+//! is alike in a marker and its neighbours: the place that the shape gives is moved at last as the marker's neighbours are
+//! from their places by the shape to where they are seen, by the same [`LocalMotion`].
 
 use super::gaps::Seen;
 use super::local_motion::LocalMotion;
@@ -21,6 +23,9 @@ use glam::DVec3;
 
 /// Turns between the head's motion and the shape; the second changes less than tracking can tell.
 const TURNS: usize = 3;
+
+/// Neighbours that say what the shapes do not know.
+const NEIGHBOURS: usize = 8;
 
 /// Markers that must be seen to tell a shape from.
 const LEAST_SEEN: usize = 6;
@@ -136,10 +141,10 @@ impl<'a> ShapePlan<'a> {
         let factor = normal.llt(Side::Lower).ok()?;
         let mean: Vec<DVec3> = places.iter().map(|place| self.space.mean()[*place].as_dvec3()).collect();
         let mut shape = mean.clone();
-        let mut found = None;
+        let (mut moved, mut head) = (DVec3::ZERO, None);
         for _ in 0..TURNS {
-            let head = fit_rigid(&shape, now, None).ok()?.motion;
-            let back = head.inverse();
+            let turned = fit_rigid(&shape, now, None).ok()?.motion;
+            let back = turned.inverse();
             let offsets =
                 Mat::from_fn(3 * places.len(), 1, |row, _| (back.apply(now[row / 3]) - mean[row / 3])[row % 3]);
             let by = factor.solve(modes.transpose() * &offsets);
@@ -148,9 +153,18 @@ impl<'a> ShapePlan<'a> {
                 *point = mean[marker] + DVec3::from_array(std::array::from_fn(|axis| bent[(3 * marker + axis, 0)]));
             }
             let own: DVec3 = (0..count).map(|mode| by[(mode, 0)] * self.space.mode(mode)[wanted].as_dvec3()).sum();
-            let moved = head.apply(self.space.mean()[wanted].as_dvec3() + own);
-            found = Some(LocalMotion { rotation: head.rotation, moved });
+            moved = turned.apply(self.space.mean()[wanted].as_dvec3() + own);
+            head = Some(turned);
         }
-        found
+        let head = head?;
+        // The nearest on the mean face, where the shape puts them and where they are seen.
+        let here = self.space.mean()[wanted].as_dvec3();
+        let mut near: Vec<usize> = (0..places.len()).collect();
+        near.sort_by(|a, b| mean[*a].distance_squared(here).total_cmp(&mean[*b].distance_squared(here)));
+        near.truncate(NEIGHBOURS);
+        let by_shape: Vec<DVec3> = near.iter().map(|marker| head.apply(shape[*marker])).collect();
+        let as_seen: Vec<DVec3> = near.iter().map(|marker| now[*marker]).collect();
+        let moved = LocalMotion::fit(moved, &by_shape, &as_seen).map_or(moved, |local| local.moved);
+        Some(LocalMotion { rotation: head.rotation, moved })
     }
 }

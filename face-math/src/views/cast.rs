@@ -31,33 +31,43 @@ const EDGE: f64 = 1e-9;
 /// # Panics
 /// Where a triangle asks for a vertex that is not there.
 pub fn cast_ray<'t>(ray: &Ray, vertices: &[Vec3], triangles: impl IntoIterator<Item = &'t [u32; 3]>) -> Option<Hit> {
-    let mut first: Option<Hit> = None;
-    for (triangle, corners) in triangles.into_iter().enumerate() {
-        let [a, b, c] = corners.map(|vertex| vertices[vertex as usize].as_dvec3());
-        let (to_second, to_third) = (b - a, c - a);
-        let across = ray.direction.cross(to_third);
-        let size = to_second.dot(across);
-        if size == 0.0 {
-            continue;
-        }
-        let from = ray.origin_m - a;
-        let second = from.dot(across) / size;
-        if !(-EDGE..=1.0 + EDGE).contains(&second) {
-            continue;
-        }
-        let around = from.cross(to_second);
-        let third = ray.direction.dot(around) / size;
-        if third < -EDGE || second + third > 1.0 + EDGE {
-            continue;
-        }
-        let distance_m = to_third.dot(around) / size;
-        if distance_m > 0.0 && first.is_none_or(|first| distance_m < first.distance_m) {
-            let weights = [1.0 - second - third, second, third];
-            let place_m = weights[0] * a + weights[1] * b + weights[2] * c;
-            first = Some(Hit { triangle, weights, distance_m, place_m });
-        }
+    meetings(ray, vertices, triangles).min_by(|a, b| a.distance_m.total_cmp(&b.distance_m))
+}
+
+/// All meetings of `ray` with triangles before its origin, in the order of the triangles.
+///
+/// # Panics
+/// Where a triangle asks for a vertex that is not there.
+pub fn meetings<'t>(
+    ray: &Ray,
+    vertices: &[Vec3],
+    triangles: impl IntoIterator<Item = &'t [u32; 3]>,
+) -> impl Iterator<Item = Hit> {
+    triangles.into_iter().enumerate().filter_map(move |(triangle, corners)| {
+        let corners = corners.map(|vertex| vertices[vertex as usize].as_dvec3());
+        meeting(ray, corners).map(|(weights, distance_m)| {
+            let place_m = weights[0] * corners[0] + weights[1] * corners[1] + weights[2] * corners[2];
+            Hit { triangle, weights, distance_m, place_m }
+        })
+    })
+}
+
+/// Barycentric weights of the meeting with one triangle, and how far along the ray it is (metres).
+fn meeting(ray: &Ray, corners: [DVec3; 3]) -> Option<([f64; 3], f64)> {
+    let [a, b, c] = corners;
+    let (to_second, to_third) = (b - a, c - a);
+    let across = ray.direction.cross(to_third);
+    let size = to_second.dot(across);
+    if size == 0.0 {
+        return None;
     }
-    first
+    let from = ray.origin_m - a;
+    let second = from.dot(across) / size;
+    let around = from.cross(to_second);
+    let third = ray.direction.dot(around) / size;
+    let distance_m = to_third.dot(around) / size;
+    let inside = second >= -EDGE && third >= -EDGE && second + third <= 1.0 + EDGE;
+    (inside && distance_m > 0.0).then_some(([1.0 - second - third, second, third], distance_m))
 }
 
 #[cfg(test)]
@@ -110,6 +120,8 @@ mod tests {
         let edge = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::ONE];
         let square = [[0, 1, 2], [2, 1, 3]];
         let through = ray(DVec3::new(0.5, 0.5, -1.0), DVec3::Z);
-        assert!((cast_ray(&through, &edge, &square).unwrap().distance_m - 1.0).abs() < 1.0);
+        assert!(cast_ray(&through, &edge, &square).is_some());
+        let both = meetings(&ray(DVec3::ZERO, DVec3::new(0.01, 0.02, 1.0).normalize()), &vertices, &triangles).count();
+        assert_eq!(both, 2, "a ray goes into a ball and out again");
     }
 }

@@ -146,12 +146,12 @@ mod tests {
         let Some((take, neutral)) = real("day1_161") else { return };
         let moved = moved(&take);
         let named = run(json!({"rigid": ["head_*"]}), &moved, &neutral).unwrap();
-        // The head markers shake by 0.05 mm, and with them the head.
+        // The four head markers shake by 0.05 mm a coordinate, and with them the head: most at the chin.
         let off = rms_mm(named.get(&STILL).unwrap(), &take);
-        assert!(off < 0.12, "{off} mm");
+        assert!(off < 0.16, "{off} mm");
         let found = run(json!({}), &moved, &neutral).unwrap();
         let off = rms_mm(found.get(&STILL).unwrap(), &take);
-        assert!(off < 0.12, "found markers: {off} mm");
+        assert!(off < 0.16, "found markers: {off} mm");
         let block = run(json!({"rigid": ["head_*"]}), &toy::cut(&moved, 300..340), &neutral).unwrap();
         for port in [&MOTION, &FIT] {
             assert!(toy::same_bits(named.get(port).unwrap(), 300..340, block.get(port).unwrap()));
