@@ -1,4 +1,4 @@
-//! TRC, Motive, Vicon and OpenFace: tables written here with the liberties that each system takes, real ones, and what
+//! TRC, Motive, Vicon and `OpenFace`: tables written here with the liberties that each system takes, real ones, and what
 //! is said of damaged ones.
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 

@@ -41,7 +41,10 @@ fn main() {
     let rounds: usize = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(5);
     let only = std::env::args().nth(2).unwrap_or_default();
     println!("CPU microseconds, the least of {rounds} rounds\n");
-    println!("{:<16} {:<8} {:>12} {:>12} {:>10} {:>12} {:>10}", "graph", "engine", "plan/node", "cold/node", "nothing", "1% edit", "cut-off");
+    println!(
+        "{:<16} {:<8} {:>12} {:>12} {:>10} {:>12} {:>10}",
+        "graph", "engine", "plan/node", "cold/node", "nothing", "1% edit", "cut-off"
+    );
     for shape in [
         Shape { name: "chain 10,000", layers: 10_000, width: 1 },
         Shape { name: "wide 100 x 100", layers: 100, width: 100 },

@@ -14,8 +14,10 @@ fn text(shape: &Shape) -> String {
     let mut text = String::from("(grimace: 1, nodes: {\n");
     for node in 0..shape.nodes() {
         let sources = shape.sources(node);
-        let wires: Vec<_> = ["one", "other"].iter().zip(&sources).map(|(port, from)| format!("\"{port}\": \"n{from}\"")).collect();
-        let _ = writeln!(text, "\"n{node}\": (kind: \"mix\", in: {{{}}}, with: (salt: {})),", wires.join(", "), node * 2);
+        let wires: Vec<_> =
+            ["one", "other"].iter().zip(&sources).map(|(port, from)| format!("\"{port}\": \"n{from}\"")).collect();
+        let _ =
+            writeln!(text, "\"n{node}\": (kind: \"mix\", in: {{{}}}, with: (salt: {})),", wires.join(", "), node * 2);
     }
     text + "})\n"
 }
@@ -32,8 +34,7 @@ pub fn round(shape: &Shape) -> Round {
     let (plan_us, mut engine) = timed(|| {
         let plan = load(&graph, &[]).expect("the graph is right");
         let store = Arc::new(Store::at(&folder.path().join("store")));
-        let mut engine =
-            Engine::new(plan, &[], store, options, Arc::default(), None).expect("the engine can be made");
+        let mut engine = Engine::new(plan, &[], store, options, Arc::default(), None).expect("the engine can be made");
         engine.unfold_now();
         engine
     });

@@ -26,9 +26,7 @@ impl Shape {
     /// graph.
     pub fn hundredth(&self) -> usize {
         let wanted = self.nodes() / 100;
-        let cone = |layer: usize| {
-            (layer..self.layers).map(|below| (below - layer + 1).min(self.width)).sum::<usize>()
-        };
+        let cone = |layer: usize| (layer..self.layers).map(|below| (below - layer + 1).min(self.width)).sum::<usize>();
         let layer = (0..self.layers).rev().find(|layer| cone(*layer) >= wanted).unwrap_or(0);
         layer * self.width
     }

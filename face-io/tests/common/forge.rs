@@ -150,7 +150,7 @@ impl Forge {
             self.record(9, "USED", 2, &[], &self.word(self.analog.0)),
             self.record(9, "RATE", 4, &[], &self.real(self.rate_hz * f32::from(self.analog.1))),
             self.record(9, "SCALE", 4, &[2], &[self.real(0.1), self.real(2.5)].concat()),
-            self.record(30, "CORNERS", 4, &[3, 4, 2], &vec![0; 96]),
+            self.record(30, "CORNERS", 4, &[3, 4, 2], &[0; 96]),
             self.record(30, "TYPE", 1, &[2], &[1, 255]),
         ];
         match self.counts {

@@ -8,14 +8,12 @@
 use super::cell::{Cell, CellId, Directory, KnownItems, Settings};
 use super::cost::Costs;
 use super::event::{Event, Summary};
-use super::key::frame_of;
 use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
 use super::tasks::Task;
 use crate::document::{Diagnostic, Override};
 use crate::files::{Fingerprints, Signature};
-use crate::node::Node;
 use crate::plan::{OriginId, Plan};
 use crate::store::{Store, StoreError};
 use rayon::ThreadPool;
@@ -75,17 +73,6 @@ pub enum CookError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Why a node in memory could not be exchanged.
-#[derive(Debug, thiserror::Error)]
-pub enum EditError {
-    /// There is no such node.
-    #[error("{}", .0.message)]
-    UnknownNode(Box<Diagnostic>),
-    /// The new node has other ports, files or use of time, so the graph has to be planned anew.
-    #[error("`{0}` would have other ports or files; load the graph again")]
-    OtherCard(String),
-}
-
 /// Brings every cell of `plan` up to date once, or tells what would be cooked.
 ///
 /// Nodes that fail are told by events and counted in the summary; branches that do not need them go on.
@@ -138,7 +125,7 @@ pub struct Engine {
     /// Settings by plan node, where no item enters them.
     pub(super) settings: HashMap<usize, Arc<Settings>>,
     /// Plan nodes by their path.
-    paths: HashMap<String, usize>,
+    pub(super) paths: HashMap<String, usize>,
     /// Dirty cells to be looked at, in the order of the plan.
     pub(super) ready: BinaryHeap<Reverse<(usize, CellId)>>,
     pub(super) failed: BTreeSet<CellId>,
@@ -279,132 +266,6 @@ impl Engine {
             if let Ok(message) = self.receiver.recv_timeout(Duration::from_millis(100)) {
                 self.running -= 1;
                 self.receive(message);
-            }
-        }
-    }
-
-    /// Says that something that a cell depends on changed.
-    pub(super) fn mark(&mut self, id: CellId) {
-        self.cells[id].dirty = true;
-        if self.cells[id].pending == 0 {
-            self.mark_later(id);
-        }
-    }
-
-    /// Puts a dirty cell into the order in which cells are looked at.
-    fn mark_later(&mut self, id: CellId) {
-        let cell = &mut self.cells[id];
-        if !std::mem::replace(&mut cell.queued, true) {
-            self.ready.push(Reverse((cell.plan, id)));
-        }
-    }
-
-    /// A cell has its result; `changed` says whether it differs from what its consumers saw.
-    pub(super) fn settle(&mut self, id: CellId, changed: bool) {
-        let mut open = vec![(id, changed)];
-        while let Some((id, changed)) = open.pop() {
-            let was_settled = std::mem::replace(&mut self.cells[id].settled, true);
-            if was_settled && !changed {
-                continue;
-            }
-            for index in 0..self.cells[id].consumers.len() {
-                let consumer = self.cells[id].consumers[index];
-                let cell = &mut self.cells[consumer];
-                cell.pending -= usize::from(!was_settled);
-                cell.dirty |= changed;
-                if cell.pending > 0 {
-                } else if cell.dirty {
-                    self.mark_later(consumer);
-                } else if !cell.settled {
-                    open.push((consumer, false));
-                }
-            }
-            if !was_settled {
-                self.count_consumer(id, -1);
-            }
-            self.let_go(id);
-        }
-    }
-
-    /// A cell is in the making, so everything behind it waits.
-    pub(super) fn unsettle(&mut self, id: CellId) {
-        let mut open = vec![id];
-        while let Some(id) = open.pop() {
-            if !std::mem::replace(&mut self.cells[id].settled, false) {
-                continue;
-            }
-            self.count_consumer(id, 1);
-            for index in 0..self.cells[id].consumers.len() {
-                let consumer = self.cells[id].consumers[index];
-                self.cells[consumer].pending += 1;
-                if self.cells[consumer].settled {
-                    open.push(consumer);
-                }
-            }
-        }
-    }
-
-    /// Tells the producers of a cell whether one more of their consumers is not settled.
-    fn count_consumer(&mut self, id: CellId, by: isize) {
-        for index in 0..self.cells[id].producers.len() {
-            let producer = self.cells[id].producers[index];
-            let open = &mut self.cells[producer].open_consumers;
-            *open = open.saturating_add_signed(by);
-            if *open == 0 {
-                self.let_go(producer);
-            }
-        }
-    }
-
-    /// Releases the memory of a cell that nothing will ask any more in this cook.
-    pub(super) fn let_go(&mut self, id: CellId) {
-        let cell = &self.cells[id];
-        if self.options.resident || cell.open_consumers > 0 || self.tasks.contains_key(&id) {
-            return;
-        }
-        let waited_for = self.folded.iter().any(|node| {
-            self.plan.nodes[*node].inputs.iter().flat_map(|input| &input.sources).any(|source| source.node == cell.plan)
-        });
-        if !waited_for {
-            let sets = cell.slots().into_iter().flat_map(|slots| slots.iter());
-            sets.flat_map(super::cell::SlotSet::slots).for_each(|slot| slot.release());
-        }
-    }
-
-    /// Puts `node` in the place of the one at `path`, of the same kind with other parameters. What depends on them is dirty.
-    ///
-    /// # Errors
-    /// Where there is no such node, or the new one has other ports, files or use of time.
-    pub fn exchange(&mut self, path: &str, node: &Arc<dyn Node>) -> Result<(), EditError> {
-        let Some(at) = self.paths.get(path).copied() else {
-            return Err(EditError::UnknownNode(Box::new(self.plan.unknown_node(path))));
-        };
-        let card = node.card();
-        let standing = &mut self.plan.nodes[at];
-        let same = *standing.card == card && card.reads.is_none() && card.writes.is_none();
-        if !same || standing.node.typetag_name() != node.typetag_name() || standing.template.mentions_item {
-            return Err(EditError::OtherCard(path.to_owned()));
-        }
-        standing.node = Arc::clone(node);
-        let settings = Arc::new(Settings::of(node.as_ref(), &standing.card));
-        self.settings.insert(at, Arc::clone(&settings));
-        for index in 0..self.of_plan[at].len() {
-            let id = self.of_plan[at][index];
-            self.cells[id].node = Arc::clone(node);
-            let cell = &mut self.cells[id];
-            cell.settings = Arc::clone(&settings);
-            cell.frame = frame_of(&settings, cell.file.is_some(), &cell.links);
-            self.mark(id);
-        }
-        Ok(())
-    }
-
-    /// Looks at the source files of all cells again; those whose content changed are dirty.
-    pub fn rescan(&mut self) {
-        for id in 0..self.cells.len() {
-            let has_file = self.cells[id].file.is_some();
-            if has_file && (self.file_content(id) != Ok(self.cells[id].made.file) || !self.reads_still_true(id)) {
-                self.mark(id);
             }
         }
     }

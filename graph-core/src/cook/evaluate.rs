@@ -300,18 +300,13 @@ impl Engine {
             }
             Reason::Input(link, upstream) => {
                 let port = cell.links.get(*link).map_or("", |link| link.port.name);
-                match upstream {
-                    Some(producer) => Cause {
-                        text: format!("its input `{port}` changed"),
-                        place: None,
-                        upstream: Some(self.cells[*producer].name.clone()),
-                    },
-                    None => {
-                        let input = plan.inputs.iter().find(|input| input.port.name == port);
-                        let text = format!("its input `{port}` is connected to something else, or has other items");
-                        plain(text, input.map(|input| input.place.text()))
-                    }
+                if let Some(producer) = upstream {
+                    let text = format!("its input `{port}` changed");
+                    return Cause { text, place: None, upstream: Some(self.cells[*producer].name.clone()) };
                 }
+                let input = plan.inputs.iter().find(|input| input.port.name == port);
+                let text = format!("its input `{port}` is connected to something else, or has other items");
+                plain(text, input.map(|input| input.place.text()))
             }
         }
     }

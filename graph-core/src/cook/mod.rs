@@ -1,7 +1,7 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
-//! [`Engine`] makes cells from the plan (`cell`, `unfold`), asks of each that something changed for whether its key is known
-//! (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
+//! [`Engine`] makes cells from the plan (`cell`, `unfold`), pushes changes to those that depend on them (`push`, `edit`), asks of
+//! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
 //! holds values in `slot`s, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
 //! for `why`. [`cook()`] does all of it once.
@@ -10,6 +10,7 @@ mod artifact;
 mod blocks;
 mod cell;
 mod cost;
+mod edit;
 mod engine;
 mod evaluate;
 mod event;
@@ -18,6 +19,7 @@ mod job;
 mod join;
 mod key;
 mod publish;
+mod push;
 mod results;
 mod session;
 mod shared;
@@ -27,7 +29,8 @@ mod unfold;
 mod why;
 
 pub use artifact::{Artifact, FILES};
-pub use engine::{CookError, EditError, Engine, Options, Tell, cook};
+pub use edit::EditError;
+pub use engine::{CookError, Engine, Options, Tell, cook};
 pub use event::{Event, Summary};
 pub use session::{Cause, CellRecord, Session, session_name};
 pub use why::story;

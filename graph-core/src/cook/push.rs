@@ -1,0 +1,95 @@
+//! How changes are pushed: which cells are dirty, which wait for others, and whose memory may go.
+
+use super::cell::{CellId, SlotSet};
+use super::engine::Engine;
+use std::cmp::Reverse;
+
+impl Engine {
+    /// Says that something that a cell depends on changed.
+    pub(super) fn mark(&mut self, id: CellId) {
+        self.cells[id].dirty = true;
+        if self.cells[id].pending == 0 {
+            self.mark_later(id);
+        }
+    }
+
+    /// Puts a dirty cell into the order in which cells are looked at.
+    pub(super) fn mark_later(&mut self, id: CellId) {
+        let cell = &mut self.cells[id];
+        if !std::mem::replace(&mut cell.queued, true) {
+            self.ready.push(Reverse((cell.plan, id)));
+        }
+    }
+
+    /// A cell has its result; `changed` says whether it differs from what its consumers saw.
+    pub(super) fn settle(&mut self, id: CellId, changed: bool) {
+        let mut open = vec![(id, changed)];
+        while let Some((id, changed)) = open.pop() {
+            let was_settled = std::mem::replace(&mut self.cells[id].settled, true);
+            if was_settled && !changed {
+                continue;
+            }
+            for index in 0..self.cells[id].consumers.len() {
+                let consumer = self.cells[id].consumers[index];
+                let cell = &mut self.cells[consumer];
+                cell.pending -= usize::from(!was_settled);
+                cell.dirty |= changed;
+                if cell.pending > 0 {
+                } else if cell.dirty {
+                    self.mark_later(consumer);
+                } else if !cell.settled {
+                    open.push((consumer, false));
+                }
+            }
+            if !was_settled {
+                self.count_consumer(id, -1);
+            }
+            self.let_go(id);
+        }
+    }
+
+    /// A cell is in the making, so everything behind it waits.
+    pub(super) fn unsettle(&mut self, id: CellId) {
+        let mut open = vec![id];
+        while let Some(id) = open.pop() {
+            if !std::mem::replace(&mut self.cells[id].settled, false) {
+                continue;
+            }
+            self.count_consumer(id, 1);
+            for index in 0..self.cells[id].consumers.len() {
+                let consumer = self.cells[id].consumers[index];
+                self.cells[consumer].pending += 1;
+                if self.cells[consumer].settled {
+                    open.push(consumer);
+                }
+            }
+        }
+    }
+
+    /// Tells the producers of a cell whether one more of their consumers is not settled.
+    fn count_consumer(&mut self, id: CellId, by: isize) {
+        for index in 0..self.cells[id].producers.len() {
+            let producer = self.cells[id].producers[index];
+            let open = &mut self.cells[producer].open_consumers;
+            *open = open.saturating_add_signed(by);
+            if *open == 0 {
+                self.let_go(producer);
+            }
+        }
+    }
+
+    /// Releases the memory of a cell that nothing will ask any more in this cook.
+    pub(super) fn let_go(&mut self, id: CellId) {
+        let cell = &self.cells[id];
+        if self.options.resident || cell.open_consumers > 0 || self.tasks.contains_key(&id) {
+            return;
+        }
+        let waited_for = self.folded.iter().any(|node| {
+            self.plan.nodes[*node].inputs.iter().flat_map(|input| &input.sources).any(|source| source.node == cell.plan)
+        });
+        if !waited_for {
+            let sets = cell.slots().into_iter().flat_map(|slots| slots.iter());
+            sets.flat_map(SlotSet::slots).for_each(|slot| slot.release());
+        }
+    }
+}
