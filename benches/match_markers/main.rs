@@ -1,5 +1,5 @@
 //! Solves Eq. 2 of FDLS for every frame of a real take, tells its CPU time, and writes the problem and the answer for
-//! `compare.py`, which solves it with SciPy and Clarabel.
+//! `compare.py`, which solves it with `SciPy` and Clarabel.
 //!
 //! Files in the folder given as the argument, little-endian 64-bit floats: `basis.bin` (rows × channels), `offsets.bin`
 //! (frames × rows), `weights.bin` (frames × channels, as 32-bit floats), and `ours.json` with the sizes and times.
