@@ -6,7 +6,7 @@
 //!                  "R": [[…], […], […]], "t_mm": [tx, ty, tz], "dist_k1k2p1p2": [k1, k2, p1, p2] } ] }
 //! ```
 //!
-//! `x_cam` = R `x_world` + t, z forward, y down. The unit of t stands in its key (`t_mm`, `t_cm`, `t_m`). Distortion is
+//! `x_cam = R x_world + t`, z forward, y down. The unit of t stands in its key (`t_mm`, `t_cm`, `t_m`). Distortion is
 //! `dist_k1k2p1p2`, `dist_k1k2p1p2k3` or, in `OpenCV`'s order, `dist` with 4 or 5 numbers; none is a perfect lens. Matrices
 //! may also be written as `OpenCV`'s `FileStorage` does (`{"type_id": "opencv-matrix", "rows": 3, "cols": 3, "data": […]}`),
 //! under its names `camera_matrix`, `distortion_coefficients`, `image_width` and `image_height`.
@@ -172,10 +172,12 @@ mod tests {
         let cameras = parse(CAMERA).unwrap();
         let camera = &cameras.cameras()[0];
         assert_eq!((camera.name.as_str(), camera.size_px), ("a", [640, 480]));
-        assert_eq!((camera.focal_px, camera.centre_px), ([500.0, 510.0], [320.0, 240.0]));
+        let numbers = [camera.focal_px, camera.centre_px].concat();
+        assert_eq!(numbers.iter().map(|number| *number as i32).collect::<Vec<_>>(), [500, 510, 320, 240]);
         assert_eq!(camera.rotation * DVec3::X, DVec3::Y, "R stands row by row");
         assert!(camera.translation_m.abs_diff_eq(DVec3::new(0.01, 0.02, 0.7), 1e-12));
-        assert_eq!(camera.distortion, [-0.1, 0.02, 0.001, -0.002, 0.0]);
+        let expected = [-0.1_f64, 0.02, 0.001, -0.002, 0.0];
+        assert_eq!(camera.distortion.map(f64::to_bits), expected.map(f64::to_bits));
     }
 
     #[test]

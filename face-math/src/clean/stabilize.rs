@@ -118,10 +118,10 @@ pub fn stabilize(
 }
 
 /// Column in the take and place at rest of a rigid marker.
-fn placed(name: &String, take: &Markers, neutral: &Markers) -> Result<(usize, DVec3), StabilizeError> {
+fn placed(name: &str, take: &Markers, neutral: &Markers) -> Result<(usize, DVec3), StabilizeError> {
     let missing = |lacks, markers: &Markers| {
         let near = nearest_name(name, markers.names().iter().map(String::as_str));
-        StabilizeError::Unplaced { marker: name.clone(), lacks, near }
+        StabilizeError::Unplaced { marker: name.to_owned(), lacks, near }
     };
     let column = take.index(name).ok_or_else(|| missing("is not in the take", take))?;
     let place = neutral.index(name).ok_or_else(|| missing("is not on the face at rest", neutral))?;
@@ -130,7 +130,7 @@ fn placed(name: &String, take: &Markers, neutral: &Markers) -> Result<(usize, DV
         Ok((column, place))
     } else {
         let lacks = "is missing on the face at rest";
-        Err(StabilizeError::Unplaced { marker: name.clone(), lacks, near: None })
+        Err(StabilizeError::Unplaced { marker: name.to_owned(), lacks, near: None })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Calibrated cameras: where each stood and what its lens does, as a calibration leaves them.
 //!
-//! The convention is that of `OpenCV`: `x_cam` = R `x_world` + t (metres), z forward, y down; pixels count from the top left.
+//! The convention is that of `OpenCV`: `x_cam = R x_world + t` (metres), z forward, y down; pixels count from the top left.
 //! What a camera does to a point is computed in [`crate::views`].
 
 use super::{DataError, check_unique};

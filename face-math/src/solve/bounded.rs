@@ -1,12 +1,12 @@
 //! Bounded least squares, exactly: the quadratic programme of Eq. 2 of FDLS, fast enough for every frame of a take. Called
 //! by [`match_markers`](super::match_markers()).
 //!
-//! Minimise ½ wᵀ H w − cᵀ w over l ≤ w ≤ u, with H = `BᵀB` symmetric and positive definite. At the optimum the slope
+//! Minimise ½ wᵀ H w − cᵀ w over l ≤ w ≤ u, with H = Bᵀ B symmetric and positive definite. At the optimum the slope
 //! g = H w − c is 0 where w lies between its bounds, not negative where w = l, not positive where w = u (the conditions of
 //! Karush, Kuhn and Tucker).
 //!
 //! Which weights lie at a bound is guessed, from the frame before; the free ones follow from the linear system
-//! `H_FF` `w_F` = `c_F` − `H_FB` `w_B`. All whose sign is wrong then change sides at once, as long as their number falls (block
+//! `H_FF w_F = c_F − H_FB w_B`. All whose sign is wrong then change sides at once, as long as their number falls (block
 //! principal pivoting: Portugal, Júdice and Vicente, "A comparison of block pivoting and interior-point algorithms for
 //! linear least squares problems with nonnegative variables", Math. Comp. 63, 1994; Júdice and Pires 1994 for two bounds).
 //! Three times it may rise; after that only the last wrong one changes, which always comes to an end (Murty's rule).
@@ -255,7 +255,7 @@ mod tests {
     use super::*;
     use crate::rig::toy::Dice;
 
-    /// B of `rows × size`, and `BᵀB`.
+    /// B of `rows × size`, and Bᵀ B.
     fn problem(rows: usize, size: usize, dice: &mut Dice) -> (Vec<f64>, Vec<f64>) {
         let b: Vec<f64> = (0..rows * size).map(|_| f64::from(dice.roll())).collect();
         let mut gram = vec![0.0; size * size];

@@ -144,7 +144,7 @@ impl LinearPuppet {
         }
     }
 
-    /// H = `BᵀB` over the markers in `rows`, and what keeps weights at rest.
+    /// H = Bᵀ B over the markers in `rows`, and what keeps weights at rest.
     fn shown(&self, rows: &[bool]) -> Result<Shown, BoundedError> {
         let width = self.channels.len();
         let mut matrix = vec![0.0; width * width];

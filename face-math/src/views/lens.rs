@@ -1,7 +1,7 @@
 //! A calibrated camera's lens: points of the world into its picture, and back to rays.
 //!
 //! `OpenCV`'s camera model (its manual, "Camera Calibration and 3D Reconstruction"; Brown, "Decentering distortion of
-//! lenses", 1966). With `x_cam` = R X + t (metres), x = `x_cam/z_cam`, y = `y_cam/z_cam` and r² = x² + y²:
+//! lenses", 1966). With `x_cam = R X + t` (metres), `x = x_cam/z_cam`, `y = y_cam/z_cam` and r² = x² + y²:
 //!
 //! ```text
 //! x' = x (1 + k₁ r² + k₂ r⁴ + k₃ r⁶) + 2 p₁ x y + p₂ (r² + 2 x²)        u = fx x' + cx

@@ -246,7 +246,8 @@ mod tests {
         let mut dice = Dice(1);
         for count in 2..=5 {
             let place = dice.point().as_dvec3() * 0.1;
-            let found = locate(&sights(&cameras[..count], place, 0.0, &mut dice), &Default::default()).unwrap();
+            let found =
+                locate(&sights(&cameras[..count], place, 0.0, &mut dice), &TriangulateOptions::default()).unwrap();
             assert!(found.place_m.distance(place) < 1e-9 && found.residual_px < 1e-6, "{found:?}");
             assert!(found.used.iter().all(|used| *used));
         }
@@ -300,7 +301,7 @@ mod tests {
         let cameras = cameras();
         let mut dice = Dice(4);
         let seen = sights(&cameras, DVec3::new(0.02, 0.03, 0.05), 0.3, &mut dice);
-        let here = locate(&seen, &Default::default()).unwrap();
+        let here = locate(&seen, &TriangulateOptions::default()).unwrap();
         let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.1);
         let shift = DVec3::new(1.0, -2.0, 0.5);
         // x ↦ turn x + shift; R ↦ R turnᵀ, t ↦ t − R turnᵀ shift.
@@ -314,7 +315,7 @@ mod tests {
             .collect();
         let sights: Vec<_> =
             seen.iter().zip(&moved).map(|(sight, camera)| Sight { camera, point_px: sight.point_px }).collect();
-        let there = locate(&sights, &Default::default()).unwrap();
+        let there = locate(&sights, &TriangulateOptions::default()).unwrap();
         assert!(there.place_m.distance(turn * here.place_m + shift) < 1e-8);
         assert!((there.residual_px - here.residual_px).abs() < 1e-6);
     }
@@ -324,9 +325,9 @@ mod tests {
         let cameras = cameras();
         let mut dice = Dice(5);
         let mut two = sights(&cameras[1..3], DVec3::ZERO, 0.0, &mut dice);
-        assert_eq!(locate(&two[..1], &Default::default()), Err(Unfound::TooFew));
+        assert_eq!(locate(&two[..1], &TriangulateOptions::default()), Err(Unfound::TooFew));
         two[0].point_px.y += 30.0;
-        assert_eq!(locate(&two, &Default::default()), Err(Unfound::Disagree));
+        assert_eq!(locate(&two, &TriangulateOptions::default()), Err(Unfound::Disagree));
         let many = TriangulateOptions { least_views: 4, ..Default::default() };
         let three = sights(&cameras[..3], DVec3::ZERO, 0.0, &mut dice);
         assert_eq!(locate(&three, &many), Err(Unfound::TooFew));

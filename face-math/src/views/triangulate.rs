@@ -140,7 +140,7 @@ mod tests {
         points[5] = Vec2::NAN;
         points[1] += Vec2::new(0.0, 40.0);
         let views = views.with_points(points).unwrap();
-        let found = triangulate(&views, &cameras, &Default::default()).unwrap();
+        let found = triangulate(&views, &cameras, &TriangulateOptions::default()).unwrap();
         assert!(found.markers.frame(0)[0].distance(places[0].as_vec3()) < 1e-6);
         assert!(found.markers.frame(0)[1].distance(places[1].as_vec3()) < 1e-6);
         assert!(found.markers.frame(0)[2].is_nan() && found.residual_px.frame(0)[2].is_nan());
@@ -153,7 +153,7 @@ mod tests {
         let cameras = Cameras::new(vec![camera("head_left", 0.0), camera("head_right", 0.5)]).unwrap();
         let other = Cameras::new(vec![camera("head_left", 0.0), camera("head_rigth", 0.5)]).unwrap();
         let views = seen(&cameras, &[DVec3::ZERO]);
-        let error = triangulate(&views, &other, &Default::default()).unwrap_err().to_string();
+        let error = triangulate(&views, &other, &TriangulateOptions::default()).unwrap_err().to_string();
         assert!(error.contains("`head_right`") && error.contains("did you mean `head_rigth`?"), "{error}");
         let options = TriangulateOptions { noise_px: 0.0, ..Default::default() };
         assert!(triangulate(&views, &cameras, &options).is_err());

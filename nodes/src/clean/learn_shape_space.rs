@@ -25,14 +25,14 @@ pub struct LearnShapeSpace {
     only: Vec<String>,
     /// Markers to leave out, as patterns: such as are seldom seen.
     without: Vec<String>,
-    /// Number of modes at most.
+    /// Number of modes at most. More follow the training closely, and faces that it does not show less well.
     #[schemars(range(min = 1, max = 1000))]
     modes: usize,
 }
 
 impl Default for LearnShapeSpace {
     fn default() -> Self {
-        Self { only: Vec::new(), without: Vec::new(), modes: 40 }
+        Self { only: Vec::new(), without: Vec::new(), modes: 12 }
     }
 }
 

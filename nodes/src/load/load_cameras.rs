@@ -12,7 +12,7 @@ const CAMERAS: Port<Cameras> =
 /// Loads calibrated cameras from JSON, in the conventions of `OpenCV`.
 ///
 /// The file has a list `cameras`; each camera has `name`, `width` and `height` in pixels, `K` (3 x 3), `R` (3 x 3) and
-/// `t_mm`, `t_cm` or `t_m`, so that `x_cam` = R `x_world` + t with z forward and y down, and the distortion of its lens as
+/// `t_mm`, `t_cm` or `t_m`, so that `x_cam = R x_world + t` with z forward and y down, and the distortion of its lens as
 /// `dist_k1k2p1p2`, `dist_k1k2p1p2k3` or `dist`. `OpenCV`'s own names and matrix objects are understood too. Where the
 /// calibration has another world than the markers, transform it first: the world here is Y up, in the frame of the face.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
