@@ -1,4 +1,6 @@
 //! C3D files of every flavour, written here as many systems write them, and held against what was put in.
+#![allow(clippy::float_cmp, reason = "what is written is read back to the bit")]
+#![allow(clippy::format_collect, reason = "short tables, made once")]
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
 mod common;

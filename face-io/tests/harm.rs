@@ -72,13 +72,17 @@ static REAL: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
     for path in ["mocap/csv/sample_optitrack_take.csv", "mocap/csv/markers.csv", "mocap/trc/Gait.trc"] {
         real.push(bytes(data.join(path)));
     }
-    real.iter_mut().for_each(|bytes| bytes.truncate(90_000));
+    for bytes in &mut real {
+        bytes.truncate(90_000);
+    }
     real
 });
 
 fn harmed(sound: &[u8], harms: &[Harm]) -> Vec<u8> {
     let mut bytes = sound.to_vec();
-    harms.iter().for_each(|harm| harm.apply(&mut bytes));
+    for harm in harms {
+        harm.apply(&mut bytes);
+    }
     bytes
 }
 

@@ -1,5 +1,7 @@
 //! TRC, Motive, Vicon and `OpenFace`: tables written here with the liberties that each system takes, real ones, and what
 //! is said of damaged ones.
+#![allow(clippy::float_cmp, reason = "what is written is read back to the bit")]
+#![allow(clippy::format_collect, reason = "short tables, made once")]
 #![allow(clippy::unwrap_used, reason = "tests may panic")]
 
 mod common;

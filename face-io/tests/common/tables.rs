@@ -37,7 +37,7 @@ impl Tables {
         self.points.len() / self.names.len()
     }
 
-    fn finish(&self, lines: Vec<String>) -> Vec<u8> {
+    fn finish(&self, lines: &[String]) -> Vec<u8> {
         let mark = if self.byte_order_mark { "\u{feff}" } else { "" };
         (mark.to_owned() + &lines.iter().map(|line| line.clone() + self.line_end).collect::<String>()).into_bytes()
     }
@@ -50,7 +50,7 @@ impl Tables {
         }
     }
 
-    fn row(&self, cells: Vec<String>, separator: &str) -> String {
+    fn row(&self, cells: &[String], separator: &str) -> String {
         let row = cells.join(separator);
         if self.trimmed { row.trim_end_matches(separator).to_owned() } else { row }
     }
@@ -83,9 +83,9 @@ impl Tables {
         for frame in 0..count {
             let mut cells = vec![self.frame(frame).to_string(), self.time(frame)];
             cells.extend((0..self.names.len()).flat_map(|marker| self.cells(frame, marker)));
-            lines.push(self.row(cells, "\t"));
+            lines.push(self.row(&cells, "\t"));
         }
-        self.finish(lines)
+        self.finish(&lines)
     }
 
     /// An export of Motive in the format of a version (`1.21` has bare headers, `1.22` names them, `1.24` knows
@@ -131,9 +131,9 @@ impl Tables {
             cells.extend((0..body).map(|column| format!("0.{column}")));
             cells.extend((0..self.names.len()).flat_map(|marker| self.cells(frame, marker)));
             cells.extend(["9.5", "9.25", "9.125", "0.99"].map(str::to_owned));
-            lines.push(self.row(cells, ","));
+            lines.push(self.row(&cells, ","));
         }
-        self.finish(lines)
+        self.finish(&lines)
     }
 
     /// An export of Nexus with other sections before and behind the trajectories, and with velocities.
@@ -162,7 +162,7 @@ impl Tables {
                 cells.extend(self.cells(frame, marker));
                 cells.extend((3..width).map(|_| "77".to_owned()));
             }
-            lines.push(self.row(cells, separator));
+            lines.push(self.row(&cells, separator));
         }
         if devices {
             lines.extend(
@@ -170,7 +170,7 @@ impl Tables {
                     .map(|line| line.replace(',', separator)),
             );
         }
-        self.finish(lines)
+        self.finish(&lines)
     }
 
     /// An output of `OpenFace` with landmarks in the picture, and in space unless they are `flat`. A frame succeeded
@@ -200,6 +200,6 @@ impl Tables {
             cells.push("0.00".to_owned());
             lines.push(cells.join(comma));
         }
-        self.finish(lines)
+        self.finish(&lines)
     }
 }
