@@ -41,7 +41,7 @@ def timed(solve, offsets):
 
 
 def by_clarabel(basis, gram):
-    """Clarabel on the quadratic programme; set up anew for each frame, or updated where it can be."""
+    """Clarabel on the quadratic programme, set up once and updated for each frame."""
     size = gram.shape[0]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
@@ -63,8 +63,9 @@ def main():
     folder = pathlib.Path(tempfile.mkdtemp(prefix="match_markers_"))
     subprocess.run(["cargo", "bench", "-q", "-p", "nodes", "--bench", "match_markers", "--", str(folder)], cwd=ROOT, check=True)
     ours = json.loads((folder / "ours.json").read_text())
-    basis = np.fromfile(folder / "basis.bin").reshape(ours["rows"], ours["channels"])
-    offsets = np.fromfile(folder / "offsets.bin").reshape(ours["frames"], ours["rows"])
+    # In millimetres, so that the peers' absolute tolerances stop them where they should.
+    basis = 1000 * np.fromfile(folder / "basis.bin").reshape(ours["rows"], ours["channels"])
+    offsets = 1000 * np.fromfile(folder / "offsets.bin").reshape(ours["frames"], ours["rows"])
     weights = np.fromfile(folder / "weights.bin", dtype=np.float32).reshape(ours["frames"], ours["channels"])
     gram = basis.T @ basis
     some = np.linspace(0, ours["frames"] - 1, FRAMES).astype(int)
