@@ -1,4 +1,4 @@
-//! The care of a store: how much it holds ([`statistics`]), whether it is sound ([`verify`](verify())), what may go
+//! The care of a store: how much it holds ([`statistics()`]), whether it is sound ([`verify`](verify())), what may go
 //! ([`collect`](collect())), and the graphs whose results must stay ([`pin`](pin())). It knows the store and what sessions
 //! name; nothing of how a cook runs.
 
