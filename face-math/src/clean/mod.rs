@@ -1,7 +1,7 @@
 //! Makes captured markers fit for solving, before anything is solved from them.
 //!
 //! - [`find_rigid`]: the markers that move with the skull alone.
-//! - [`stabilize`]: the head's motion out of a take.
+//! - [`stabilize()`]: the head's motion out of a take.
 //! - [`learn_shapes`]: the shapes that a face's markers take.
 //! - [`smoothed`]: curves calmed over time.
 //! - [`fill_gaps`]: points that the cameras lost, from the frames around them, and from the markers beside them or those

@@ -3,7 +3,7 @@
 //! Read in this order:
 //!
 //! - [`shape_drivers`]: what names of shapes mean.
-//! - [`join_shapes`]: rigs of one neutral face, each with some of the shapes, as one.
+//! - [`join_shapes()`]: rigs of one neutral face, each with some of the shapes, as one.
 //! - [`ShapeDrivers`]: channel weights to shape weights (combinations, in-betweens).
 //! - [`JawPose`]: where the jaw stands at given shape weights.
 //! - [`Puppet`]: all vertices of a head at given weights.
