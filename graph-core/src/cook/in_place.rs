@@ -4,9 +4,9 @@ use super::cell::{CellId, Link, Made, SlotSet};
 use super::cost::FILE_S;
 use super::engine::Engine;
 use super::event::Event;
-use super::job::{Desk, Finished, JobError, READ_BYTES_A_SECOND, missing_output, typed};
+use super::job::{Desk, Finished, JobError, READ_BYTES_A_SECOND, keep, missing_output, typed};
 use super::session::Reason;
-use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
+use super::slot::{Absent, Slot};
 use super::why::told;
 use crate::node::{Inputs, NodeError, PortFacts, PortValue};
 use crate::store::ValueRecord;
@@ -100,11 +100,15 @@ impl Engine {
         again_s: f64,
         kept: &mut bool,
     ) -> Result<Arc<Slot>, JobError> {
-        typed(port, &value)?;
         let (axis, block_frames) = (value.axis(), self.shared.block_frames);
         if axis.is_some_and(|axis| axis.count > block_frames) || again_s > FILE_S {
-            return self.slot_of_blocks(port, &value, again_s, kept);
+            return keep(&self.shared, port, &value, |record| {
+                let worth = again_s > FILE_S + record.bytes as f64 / READ_BYTES_A_SECOND;
+                *kept &= worth;
+                worth
+            });
         }
+        typed(port, &value)?;
         // One block that is not written: its encoding is only hashed.
         *kept = false;
         let mut encoder = Encoder::over(std::mem::take(&mut self.scratch));
@@ -116,28 +120,6 @@ impl Engine {
         let record = ValueRecord { digest, axis, blocks, summary: value.summary(), bytes };
         let slot = Slot::known(port.kind, record, block_frames);
         slot.hold(0, value);
-        Ok(Arc::new(slot))
-    }
-
-    fn slot_of_blocks(
-        &self,
-        port: &PortFacts,
-        value: &Arc<dyn Value>,
-        again_s: f64,
-        kept: &mut bool,
-    ) -> Result<Arc<Slot>, JobError> {
-        let blocks: Vec<CookedBlock> = cut(value, self.shared.block_frames);
-        let record = super::job::record_of(port, &blocks, value.axis(), value.summary());
-        let slot = Slot::known(port.kind, record, self.shared.block_frames);
-        if again_s > FILE_S + slot.record.bytes as f64 / READ_BYTES_A_SECOND {
-            self.shared.store.put_pack(&port.kind, &slot.record.digest, &pack_of(&blocks))?;
-            slot.now_stored();
-        } else {
-            *kept = false;
-        }
-        for (index, block) in blocks.into_iter().enumerate() {
-            slot.hold(index, block.value);
-        }
         Ok(Arc::new(slot))
     }
 }

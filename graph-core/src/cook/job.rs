@@ -238,7 +238,8 @@ impl Job {
         // What is cheap is not written at all: computing it again takes less than a look into the store.
         let cheap = !shared.keep_cheap && seconds < CHEAP_S && self.before_s + seconds < FILE_S;
         let again_s = cheap.then_some(self.before_s + seconds);
-        let keep = |port: &PortFacts, value: &Arc<dyn Value>| keep(shared, port, value, seconds, again_s.is_none());
+        let write = |record: &ValueRecord| again_s.is_none() && worth_keeping(record, seconds);
+        let keep = |port: &PortFacts, value: &Arc<dyn Value>| keep(shared, port, value, write);
         let mut sets = Vec::with_capacity(self.card.outputs.len());
         for port in &self.card.outputs {
             let given = outputs.take(port.name).ok_or_else(|| missing_output(port))?;
@@ -262,18 +263,18 @@ impl Job {
     }
 }
 
-fn keep(
+/// A value as a slot; written to the store where `write` says so of its record.
+pub(crate) fn keep(
     shared: &Shared,
     port: &PortFacts,
     value: &Arc<dyn Value>,
-    seconds: f64,
-    write: bool,
+    write: impl FnOnce(&ValueRecord) -> bool,
 ) -> Result<Arc<Slot>, JobError> {
     typed(port, value)?;
     let blocks = cut(value, shared.block_frames);
     let record = record_of(port, &blocks, value.axis(), value.summary());
     let slot = Slot::known(port.kind, record, shared.block_frames);
-    if write && worth_keeping(&slot.record, seconds) {
+    if write(&slot.record) {
         shared.store.put_pack(&port.kind, &slot.record.digest, &pack_of(&blocks))?;
         slot.now_stored();
     }

@@ -34,11 +34,10 @@ impl Engine {
                 let cell = &mut self.cells[consumer];
                 cell.pending -= usize::from(!was_settled);
                 cell.dirty |= changed;
-                if cell.pending > 0 {
-                } else if cell.dirty {
-                    self.mark_later(consumer);
-                } else if !cell.settled {
-                    open.push((consumer, false));
+                match (cell.pending, cell.dirty, cell.settled) {
+                    (0, true, _) => self.mark_later(consumer),
+                    (0, false, false) => open.push((consumer, false)),
+                    _ => {}
                 }
             }
             if !was_settled {
