@@ -22,10 +22,10 @@ struct Row {
 /// Prints what a cook would do, a line a cell.
 pub fn plan(arguments: &Plan) -> Result<Exit, Trouble> {
     let asked = Asked::read(&arguments.graph)?;
-    let plan = cooking::load(&asked, arguments.json)?;
     let options = cooking::options(&arguments.cook, true);
+    let work = cooking::find(&asked, &arguments.store, &options, arguments.json)?;
     let cancel = Arc::new(AtomicBool::new(false));
-    let cook = |tell: &(dyn Fn(Event) + Sync)| cooking::run((&asked, plan), &arguments.store, &options, &cancel, tell);
+    let cook = |tell: &(dyn Fn(Event) + Sync)| cooking::run((&asked, work), &arguments.store, &options, &cancel, tell);
     if arguments.json {
         let lines = JsonLines::new(&cancel);
         let summary = cook(&|event| lines.tell(&event));

@@ -1,39 +1,39 @@
 //! `grimace run`: cooks a graph, and shows how it goes.
 
 use crate::arguments::{Global, Run};
+use crate::cooking::Work;
 use crate::exit::{Exit, Trouble};
 use crate::graph::Asked;
 use crate::logs::Level;
 use crate::tell::{JsonLines, People, Wanted};
 use crate::{cooking, output, signals};
 use graph_core::cook::{Event, Summary};
-use graph_core::plan::Plan;
 use serde_json::json;
 
 /// Cooks the graph.
 pub fn run(arguments: &Run, global: &Global) -> Result<Exit, Trouble> {
     let asked = Asked::read(&arguments.graph)?;
-    let plan = cooking::load(&asked, arguments.json)?;
     let options = cooking::options(&arguments.cook, false);
+    let work = cooking::find(&asked, &arguments.store, &options, arguments.json)?;
     let profile = cooking::begin_logs(global, arguments.profile.as_deref())?;
     let cancel = signals::cancelled_by_signals()?;
-    let cook = |plan: Plan, tell: &(dyn Fn(Event) + Sync)| {
+    let cook = |work: Work, tell: &(dyn Fn(Event) + Sync)| {
         let told = |event| {
             if let Some(profile) = &profile {
                 profile.take(&event);
             }
             tell(event);
         };
-        cooking::run((&asked, plan), &arguments.store, &options, &cancel, &told)
+        cooking::run((&asked, work), &arguments.store, &options, &cancel, &told)
     };
     let summary = if arguments.json {
         let lines = JsonLines::new(&cancel);
-        let summary = cook(plan, &|event| lines.tell(&event));
+        let summary = cook(work, &|event| lines.tell(&event));
         lines.finish().and_then(|()| told_in_json(summary))
     } else {
         let logged = global.log.is_some_and(|level| level != Level::Off) && global.log_file.is_none();
         let wanted = Wanted { quiet: global.quiet, verbose: global.verbose, plain: logged };
-        People::new(wanted).during(|people| cook(plan, &|event| people.tell(event)))
+        People::new(wanted).during(|people| cook(work, &|event| people.tell(event)))
     };
     // A cook that failed is what one wants to look at.
     profile.map_or(Ok(()), |profile| profile.write()).and(summary).map(|summary| cooking::exit(&summary))

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{GRAPH, Project, WRONG};
+use common::{GRAPH, Project, Ran, WRONG};
 use std::time::{Duration, Instant};
 
 #[test]
@@ -190,4 +190,22 @@ fn the_first_signal_cancels_and_the_second_leaves_at_once() {
     assert_eq!(ran.code, Some(130), "{}", ran.err);
     assert!(since.elapsed() < Duration::from_secs(2), "leaving took {:?}", since.elapsed());
     assert!(ran.err.contains("cancelling"), "{}", ran.err);
+}
+
+#[test]
+fn a_variable_of_the_environment_wakes_a_graph_at_rest() {
+    let project = Project::new(&GRAPH.replace("takes/*.csv", "${ENV:SHOT_TAKES}/*.csv"));
+    project.write("reshoot/a.csv", "# rate_hz: 60\nframe,jawOpen\n1,0\n");
+    let names = |folder: &str| {
+        let ran = Ran::of(project.command(&["run", "graph.ron", "--json"]).env("SHOT_TAKES", folder).output().unwrap()).expect(0);
+        let cells = ran.json().into_iter().filter_map(|event| event["node"].as_str().map(str::to_owned));
+        cells.collect::<std::collections::BTreeSet<_>>()
+    };
+    names("takes");
+    // Files younger than the clock's grain are never taken to be as they were.
+    std::thread::sleep(Duration::from_millis(2_050));
+    let all = ["still", "takes@a", "takes@b"].map(str::to_owned);
+    assert_eq!(names("takes"), all.clone().into());
+    assert_eq!(names("takes"), all.into());
+    assert_eq!(names("reshoot"), ["still", "takes@a"].map(str::to_owned).into());
 }

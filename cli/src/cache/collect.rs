@@ -82,9 +82,13 @@ fn print_json(store: &str, collected: &Collected, dry_run: bool) -> Result<(), T
 fn report(store: &str, collected: &Collected, arguments: &CacheGc) -> String {
     let verb = if arguments.dry_run { "would remove" } else { "removed" };
     let mut out = String::new();
-    for (part, what) in
-        [(Part::Pack, "value"), (Part::Action, "result"), (Part::Checkpoint, "checkpoint"), (Part::Session, "session")]
-    {
+    for (part, what) in [
+        (Part::Pack, "value"),
+        (Part::Action, "result"),
+        (Part::Checkpoint, "checkpoint"),
+        (Part::Rest, "resting note"),
+        (Part::Session, "session"),
+    ] {
         let of: Vec<&Removed> = collected.removed.iter().filter(|one| one.part == part).collect();
         if !of.is_empty() {
             let bytes = of.iter().map(|one| one.bytes).sum();

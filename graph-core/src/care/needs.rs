@@ -16,14 +16,16 @@ impl Needs {
     /// What the session called `name` names; `None` where it cannot be read.
     pub fn of(store: &Store, name: &Digest) -> Option<Self> {
         let session: Session = store.peek_session(name)?;
-        let mut named = BTreeSet::from([(Part::Session, *name)]);
+        let mut named = BTreeSet::from([(Part::Session, *name), (Part::Rest, *name)]);
         for record in session.cells.values() {
             named.insert((Part::Action, record.key));
             named.insert((Part::Checkpoint, record.key));
             let values = record.action.outputs.values().flat_map(crate::store::OutputRecord::values);
             named.extend(values.map(|(_, value)| (Part::Pack, value.digest)));
         }
-        Some(Self { named, time: UNIX_EPOCH + Duration::from_secs(session.time_s) })
+        // A cook that finds its graph at rest notes so at the session's file.
+        let used = std::fs::metadata(store.session_place(name)).and_then(|meta| meta.modified()).unwrap_or(UNIX_EPOCH);
+        Some(Self { named, time: used.max(UNIX_EPOCH + Duration::from_secs(session.time_s)) })
     }
 }
 

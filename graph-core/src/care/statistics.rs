@@ -16,7 +16,7 @@ pub struct Statistics {
     pub pack_bytes: u64,
     /// Number of sessions: graphs that were cooked with this store.
     pub sessions: u64,
-    /// Bytes of sessions.
+    /// Bytes of sessions, and of what they were at rest.
     pub session_bytes: u64,
     /// Number of saved states of cooks that were cut short.
     pub checkpoints: u64,
@@ -48,6 +48,10 @@ pub fn statistics(store: &Store) -> Statistics {
             Part::Pack => (&mut counted.packs, &mut counted.pack_bytes),
             Part::Session => (&mut counted.sessions, &mut counted.session_bytes),
             Part::Checkpoint => (&mut counted.checkpoints, &mut counted.checkpoint_bytes),
+            Part::Rest => {
+                counted.session_bytes += entry.bytes;
+                continue;
+            }
             Part::Pin => {
                 counted.pins += 1;
                 continue;

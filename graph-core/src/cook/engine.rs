@@ -91,10 +91,19 @@ pub fn cook(
     std::thread::scope(|scope| {
         // Events are told on a thread of their own, in their order: who listens slowly does not slow the cook.
         scope.spawn(move || events.into_iter().for_each(tell));
-        let tell: Arc<Tell> = Arc::new(move |event| drop(sender.send(event)));
+        let noticed = Arc::new(AtomicBool::new(false));
+        let notice = Arc::clone(&noticed);
+        let tell: Arc<Tell> = Arc::new(move |event| {
+            notice.fetch_or(matches!(event, Event::Notice { .. }), Ordering::Relaxed);
+            drop(sender.send(event));
+        });
         let mut engine = Engine::new(plan, overrides, store, options.clone(), cancel, Some(tell))?;
         let summary = engine.cook()?;
         engine.remember()?;
+        // What people should notice is told again in the next cook.
+        if !options.dry && !noticed.load(Ordering::Relaxed) {
+            engine.come_to_rest()?;
+        }
         engine.tell(|| Event::Summary(summary.clone()));
         Ok(summary)
     })
@@ -116,6 +125,8 @@ pub struct Engine {
     pub(super) of_plan: Vec<Vec<CellId>>,
     pub(super) directory: Directory,
     pub(super) known_items: KnownItems,
+    /// What patterns of files matched.
+    pub(super) listed: BTreeMap<PathBuf, BTreeMap<String, PathBuf>>,
     /// Plan nodes whose cells are not made yet, in their order.
     pub(super) folded: Vec<usize>,
     /// Lists whose items will never be known, with the cell that failed.
@@ -184,6 +195,7 @@ impl Engine {
             cells: Vec::new(),
             directory: Directory::new(),
             known_items: KnownItems::new(),
+            listed: BTreeMap::new(),
             folded,
             lost_lists: BTreeMap::new(),
             list_origins,

@@ -4,7 +4,7 @@
 //! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
 //! holds values in `slot`s, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
-//! for `why`. [`cook()`] does all of it once.
+//! for `why`. [`cook()`] does all of it once, unless the graph is at `rest`.
 
 mod artifact;
 mod blocks;
@@ -20,6 +20,7 @@ mod join;
 mod key;
 mod publish;
 mod push;
+mod rest;
 mod results;
 mod session;
 mod shared;
@@ -32,6 +33,7 @@ pub use artifact::{Artifact, FILES};
 pub use edit::EditError;
 pub use engine::{CookError, Engine, Options, Tell, cook};
 pub use event::{Event, Summary};
+pub use rest::Rest;
 pub use session::{Cause, CellRecord, Session, session_name};
 pub use why::story;
 

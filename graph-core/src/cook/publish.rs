@@ -41,9 +41,7 @@ impl Engine {
         let file = cell.outputs().find(|(name, _)| *name == super::FILES.name());
         let Some((_, SlotSet::One(slot))) = file else { return };
         let in_place = self.published.get(&path).is_some_and(|(signature, digest)| {
-            *digest == slot.record.digest
-                && Signature::of(&path).is_ok_and(|now| now == *signature)
-                && sidecar(&path).is_file()
+            *digest == slot.record.digest && stands(&path, signature)
         });
         if in_place {
             return;
@@ -137,6 +135,11 @@ impl Engine {
             "versions": versions,
         })
     }
+}
+
+/// Whether a published file stands as it was written, with its sidecar.
+pub(super) fn stands(path: &Path, signature: &Signature) -> bool {
+    Signature::of(path).is_ok_and(|now| now == *signature) && sidecar(path).is_file()
 }
 
 /// The place of a file's sidecar.

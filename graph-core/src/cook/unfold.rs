@@ -82,9 +82,13 @@ impl Engine {
                 BTreeMap::new()
             });
             if found.is_empty() {
-                let path = pattern.map_or_else(String::new, |pattern| pattern.path().display().to_string());
+                let path = pattern.as_ref().map_or_else(String::new, |pattern| pattern.path().display().to_string());
                 let message = format!("no file matches {path}, so there is nothing to cook for it");
                 self.tell(|| Event::Notice { about: node.path.clone(), message });
+            }
+            if let Some(pattern) = pattern {
+                let files = found.iter().filter_map(|(item, file)| Some((item.clone(), file.clone()?)));
+                self.listed.insert(pattern.path().to_owned(), files.collect());
             }
             self.known_items.insert(key, found);
         }

@@ -197,7 +197,7 @@ pub fn made(text: &str, node: &str, sets: &[&str]) -> Result<Box<dyn Node>, Vec<
     let overrides = sets.iter().map(|text| Override::parse(text).map_err(|mistake| vec![mistake]));
     let overrides = overrides.collect::<Result<Vec<_>, _>>()?;
     let graph = graph(text);
-    let (scope, mistakes) = apply_overrides(&graph, &overrides);
+    let (scope, mistakes) = apply_overrides(&graph, &overrides, &Arc::default());
     if mistakes.is_empty() { made_in(&graph, node, &scope, &overrides) } else { Err(mistakes) }
 }
 

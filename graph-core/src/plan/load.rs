@@ -3,7 +3,7 @@
 use super::model::{Plan, Template};
 use super::{check, resolve, scope};
 use crate::document::{
-    Body, Diagnostic, Diagnostics, Entry, Graph, Override, Place, Scope, Source, Spanned, apply_overrides, read,
+    Body, Diagnostic, Diagnostics, Entry, Environment, Graph, Override, Place, Scope, Source, Spanned, apply_overrides, read,
     resolve_name,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -101,6 +101,7 @@ impl Loader {
 /// # Errors
 /// Every mistake in the graph and the graphs nested in it, found in one pass.
 pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
+    let environment = Arc::new(Environment::of_process());
     let mut loader = Loader {
         instances: Vec::new(),
         nodes: Vec::new(),
@@ -116,7 +117,7 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
         Ok(None) => return Err(Diagnostics(loader.diagnostics)),
         Err(diagnostic) => return Err(Diagnostics(vec![diagnostic])),
     };
-    let (scope, mistakes) = apply_overrides(&root, overrides);
+    let (scope, mistakes) = apply_overrides(&root, overrides, &environment);
     loader.diagnostics.extend(mistakes);
     for (name, input) in root.inputs.iter().filter(|(_, input)| !input.optional) {
         let message = format!("the graph needs the input `{name}`, so it can only be cooked nested in another graph");
@@ -142,7 +143,7 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
     let plan = scoped.and_then(|scoped| check::assemble(&mut loader, &wired, scoped));
     match plan {
         Some(mut plan) if loader.diagnostics.is_empty() => {
-            plan.sources = loader.sources;
+            (plan.sources, plan.environment) = (loader.sources, environment);
             Ok(plan)
         }
         _ => Err(Diagnostics(loader.diagnostics)),

@@ -1,6 +1,6 @@
 //! The plan as data.
 
-use crate::document::{Diagnostic, Entry, Graph, Place, Scope, Source};
+use crate::document::{Diagnostic, Entry, Environment, Graph, Place, Scope, Source};
 use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts};
 use petgraph::graph::DiGraph;
@@ -12,6 +12,8 @@ use std::sync::Arc;
 pub struct Plan {
     /// Every graph file, the root first.
     pub sources: Vec<Arc<Source>>,
+    /// The environment that their texts refer to.
+    pub environment: Arc<Environment>,
     /// The nodes, each after those it needs.
     pub nodes: Vec<PlanNode>,
     /// The lists that nodes repeat over.

@@ -200,6 +200,21 @@ impl Store {
         self.write(&self.session_place(name), &seal(session))
     }
 
+    /// What the graph whose session is called `name` was when it came to rest. Reading it counts as a use of the session.
+    pub(crate) fn rest<T: DeserializeOwned>(&self, name: &Digest) -> Option<T> {
+        let rest = self.record(&self.place("rests", name), "its graph is read again")?;
+        note_use(&self.session_place(name)).then_some(rest)
+    }
+
+    /// Writes what the graph whose session is called `name` is at rest.
+    ///
+    /// # Errors
+    /// Where the store cannot be written.
+    pub(crate) fn put_rest<T: Serialize>(&self, name: &Digest, rest: &T) -> Result<(), StoreError> {
+        // Where a loss of power takes it, its graph is read again.
+        self.write_unsynced(&self.place("rests", name), &seal(rest))
+    }
+
     /// The record of the pin called `name`.
     pub(crate) fn pin<T: DeserializeOwned>(&self, name: &Digest) -> Option<T> {
         self.record(&self.place("pins", name), "its graph is pinned no more")

@@ -17,6 +17,8 @@ pub enum Part {
     Pack,
     /// What computations gave, by key.
     Action,
+    /// What the last cook of each graph depended on.
+    Rest,
     /// What the last cook of each graph knew.
     Session,
     /// Graphs whose results stay.
@@ -25,7 +27,8 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 5] = [Self::Checkpoint, Self::Pack, Self::Action, Self::Session, Self::Pin];
+    pub const ALL: [Self; 6] =
+        [Self::Checkpoint, Self::Pack, Self::Action, Self::Rest, Self::Session, Self::Pin];
 
     /// The folder of the part within the store.
     pub fn folder(self) -> &'static str {
@@ -33,6 +36,7 @@ impl Part {
             Self::Checkpoint => "checkpoints",
             Self::Pack => "packs",
             Self::Action => "actions",
+            Self::Rest => "rests",
             Self::Session => "sessions",
             Self::Pin => "pins",
         }

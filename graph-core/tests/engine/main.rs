@@ -4,4 +4,5 @@
 
 mod cook;
 mod nesting;
+mod rest;
 mod world;

@@ -1,5 +1,6 @@
 //! What `${…}` stands for in one use of a graph file: its parameters as given from outside, or their defaults.
 
+mod environment;
 mod overrides;
 mod parameters;
 mod resolved;
@@ -9,6 +10,7 @@ mod wiring;
 #[cfg(test)]
 mod tests;
 
+pub use environment::Environment;
 pub use overrides::{Override, apply_overrides};
 pub use parameters::{GivenParam, NodeParameters, Written, node_parameters};
 pub use resolved::Resolved;
@@ -28,25 +30,25 @@ pub struct Scope {
     source: Option<Arc<Source>>,
     /// Values by parameter; `None` for a parameter whose own mistakes have been reported.
     values: BTreeMap<String, Option<Resolved>>,
-    environment: Arc<BTreeMap<String, String>>,
+    environment: Arc<Environment>,
 }
 
 impl Scope {
     /// The scope of texts on the command line: no parameters, and paths relative to the working folder.
-    fn command_line(environment: &Arc<BTreeMap<String, String>>) -> Self {
+    fn command_line(environment: &Arc<Environment>) -> Self {
         Self { source: None, values: BTreeMap::new(), environment: Arc::clone(environment) }
     }
 
     /// The scope of a file without parameters.
     pub(in crate::document) fn file(source: &Arc<Source>) -> Self {
-        Self { source: Some(Arc::clone(source)), values: BTreeMap::new(), environment: process_environment() }
+        Self { source: Some(Arc::clone(source)), values: BTreeMap::new(), environment: Arc::new(Environment::of_process()) }
     }
 
     /// The scope of `graph` with the values `given` from outside in place of the defaults.
     fn open(
         graph: &Graph,
         given: BTreeMap<String, Option<Resolved>>,
-        environment: &Arc<BTreeMap<String, String>>,
+        environment: &Arc<Environment>,
     ) -> (Self, Vec<Diagnostic>) {
         let mut scope =
             Self { source: Some(Arc::clone(&graph.source)), values: given, environment: Arc::clone(environment) };
@@ -146,10 +148,3 @@ impl Scope {
     }
 }
 
-/// The environment of this process, as far as it is text.
-fn process_environment() -> Arc<BTreeMap<String, String>> {
-    let text = |(name, value): (std::ffi::OsString, std::ffi::OsString)| {
-        Some((name.into_string().ok()?, value.into_string().ok()?))
-    };
-    Arc::new(std::env::vars_os().filter_map(text).collect())
-}

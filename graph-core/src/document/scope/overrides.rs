@@ -1,6 +1,6 @@
 //! Parameters set on the command line: `--set name=value`, `--set node.param=value`.
 
-use super::{Resolved, Scope, process_environment, resolve};
+use super::{Environment, Resolved, Scope, resolve};
 use crate::document::nearest::nearest_or_all;
 use crate::document::ron;
 use crate::document::{Diagnostic, Graph, Literal, Span, Spanned};
@@ -56,7 +56,7 @@ impl Override {
     pub(super) fn resolved(
         &self,
         wants_text: bool,
-        environment: &Arc<BTreeMap<String, String>>,
+        environment: &Arc<Environment>,
     ) -> Result<Resolved, Vec<Diagnostic>> {
         let value = Spanned { value: self.value_for(wants_text), span: Span::default() };
         resolve(&value, &Scope::command_line(environment)).map_err(|mistakes| {
@@ -82,11 +82,14 @@ fn value(raw: &str) -> Literal {
 
 /// The scope of a graph that is cooked itself, with `overrides` in place of its defaults. Overrides of nodes are left
 /// to where the nodes are made.
-pub fn apply_overrides(graph: &Graph, overrides: &[Override]) -> (Scope, Vec<Diagnostic>) {
-    let environment = process_environment();
+pub fn apply_overrides(
+    graph: &Graph,
+    overrides: &[Override],
+    environment: &Arc<Environment>,
+) -> (Scope, Vec<Diagnostic>) {
     let (mut given, mut mistakes) = (BTreeMap::new(), Vec::new());
-    set_parameters(graph, overrides, "", &environment, &mut given, &mut mistakes);
-    let (scope, more) = Scope::open(graph, given, &environment);
+    set_parameters(graph, overrides, "", environment, &mut given, &mut mistakes);
+    let (scope, more) = Scope::open(graph, given, environment);
     mistakes.extend(more);
     (scope, mistakes)
 }
@@ -96,7 +99,7 @@ pub(super) fn set_parameters(
     graph: &Graph,
     overrides: &[Override],
     path: &str,
-    environment: &Arc<BTreeMap<String, String>>,
+    environment: &Arc<Environment>,
     given: &mut BTreeMap<String, Option<Resolved>>,
     mistakes: &mut Vec<Diagnostic>,
 ) {

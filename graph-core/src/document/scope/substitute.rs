@@ -169,9 +169,9 @@ fn parameter<'a>(
 
 fn environment(name: &str, place: &Range<usize>, span: Span, scope: &Scope) -> Result<String, Vec<Diagnostic>> {
     if let Some(value) = scope.environment.get(name) {
-        return Ok(value.clone());
+        return Ok(value.to_owned());
     }
-    let near = crate::document::did_you_mean(name, scope.environment.keys().map(String::as_str));
+    let near = crate::document::did_you_mean(name, scope.environment.names());
     let help = near.map_or_else(|| format!("set it: export {name}=…"), |near| format!("did you mean `{near}`?"));
     let message = format!("the environment variable `{name}` is not set");
     Err(vec![scope.mistake("unset-variable", scope.within(span, place), message).help(help)])

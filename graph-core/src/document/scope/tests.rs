@@ -1,13 +1,13 @@
 //! `${…}`, overrides and nested graphs.
 
-use super::{Override, Resolved, Scope, apply_overrides, node_parameters, process_environment, resolve};
+use super::{Override, Resolved, Scope, Environment, apply_overrides, node_parameters, resolve};
 use crate::document::sample::{graph, rendered, source, told};
 use crate::document::{Diagnostic, Graph, Literal, Source, Span, Spanned, read};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-fn environment() -> Arc<BTreeMap<String, String>> {
+fn environment() -> Arc<Environment> {
     let variables = [("HOME", "/home/td/"), ("SHOW", "alpha"), ("BRACES", "{take}${x}")];
     Arc::new(variables.into_iter().map(|(name, value)| (name.to_owned(), value.to_owned())).collect())
 }
@@ -161,7 +161,7 @@ fn overrides_stand_above_defaults_and_entries() {
         .iter()
         .map(|text| Override::parse(text).unwrap())
         .collect();
-    let (scope, mistakes) = apply_overrides(&graph, &sets);
+    let (scope, mistakes) = apply_overrides(&graph, &sets, &environment());
     assert_eq!(mistakes, []);
     assert_eq!(scope.values["take"], Some(text("007", "")));
     assert_eq!(scope.values["hold"], Some(Resolved::Integer(2)));
@@ -174,7 +174,7 @@ fn overrides_stand_above_defaults_and_entries() {
 #[test]
 fn unknown_overrides_are_mistakes() {
     let graph = graph(r#"(params: {"hold": 1}, nodes: {"smooth": (kind: "calm_curves")})"#);
-    let told_of = |set: &str| told(&apply_overrides(&graph, &[Override::parse(set).unwrap()]).1);
+    let told_of = |set: &str| told(&apply_overrides(&graph, &[Override::parse(set).unwrap()], &environment()).1);
     assert_eq!(
         told_of("hodl=2"),
         ["unknown-parameter - `--set hodl=2`: show/graph.ron has no parameter `hodl` | did you mean `hold`?"]
@@ -214,7 +214,7 @@ fn paths_start_from_the_folder_of_whoever_wrote_their_beginning() {
     );
     let paths = |sets: &[&str], item: Option<&str>| {
         let sets: Vec<_> = sets.iter().map(|text| Override::parse(text).unwrap()).collect();
-        let (scope, mistakes) = apply_overrides(&outer, &sets);
+        let (scope, mistakes) = apply_overrides(&outer, &sets, &environment());
         assert_eq!(mistakes, []);
         let (scope, mistakes) = Scope::nested(&inner, &outer.nodes["s"], &outer.source, &scope, &sets, "s");
         assert_eq!(mistakes, []);
@@ -237,7 +237,7 @@ fn paths_start_from_the_folder_of_whoever_wrote_their_beginning() {
 fn nested_graphs_have_the_parameters_they_have() {
     let outer = graph(r#"(nodes: {"s": (graph: "inner.ron", with: (hodl: 1, rig: "${nope}"))})"#);
     let inner = graph_at("show/inner.ron", r#"(params: {"hold": 1, "rig": "x"}, nodes: {})"#);
-    let (scope, mistakes) = apply_overrides(&outer, &[]);
+    let (scope, mistakes) = apply_overrides(&outer, &[], &environment());
     assert_eq!(mistakes, []);
     let set = Override::parse("s.holdd=2").unwrap();
     let (_, mistakes) = Scope::nested(&inner, &outer.nodes["s"], &outer.source, &scope, &[set], "s");
@@ -253,7 +253,7 @@ fn nested_graphs_have_the_parameters_they_have() {
 
 #[test]
 fn the_environment_of_the_process_is_seen() {
-    let scope = Scope { source: Some(source("")), values: BTreeMap::new(), environment: process_environment() };
+    let scope = Scope { source: Some(source("")), values: BTreeMap::new(), environment: Arc::new(Environment::of_process()) };
     let written = Spanned { value: Literal::Text("${ENV:CARGO_MANIFEST_DIR}".to_owned()), span: Span::default() };
     let expected = Resolved::Text { text: env!("CARGO_MANIFEST_DIR").to_owned(), folder: Path::new("show").into() };
     assert_eq!(resolve(&written, &scope), Ok(expected));

@@ -1,0 +1,61 @@
+//! The environment that `${ENV:NAME}` and `~` refer to, and what was asked of it: a graph depends on these variables and
+//! on no others.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::sync::{Mutex, PoisonError};
+
+/// Variables, with a note of those that were asked for.
+#[derive(Debug, Default)]
+pub struct Environment {
+    variables: BTreeMap<String, String>,
+    asked: Mutex<BTreeMap<String, Option<String>>>,
+}
+
+impl Environment {
+    /// The environment of this process, as far as it is text.
+    pub fn of_process() -> Self {
+        let text = |(name, value): (OsString, OsString)| Some((name.into_string().ok()?, value.into_string().ok()?));
+        std::env::vars_os().filter_map(text).collect()
+    }
+
+    /// The value of a variable.
+    pub(super) fn get(&self, name: &str) -> Option<&str> {
+        let value = self.variables.get(name).map(String::as_str);
+        let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+        if !asked.contains_key(name) {
+            asked.insert(name.to_owned(), value.map(str::to_owned));
+        }
+        value
+    }
+
+    /// The names of all variables.
+    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
+        self.variables.keys().map(String::as_str)
+    }
+
+    /// What was asked for so far, with what was found.
+    pub fn asked(&self) -> BTreeMap<String, Option<String>> {
+        self.asked.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl FromIterator<(String, String)> for Environment {
+    fn from_iter<I: IntoIterator<Item = (String, String)>>(variables: I) -> Self {
+        Self { variables: variables.into_iter().collect(), asked: Mutex::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Environment;
+
+    #[test]
+    fn what_is_asked_is_noted_whether_it_is_set_or_not() {
+        let environment: Environment = [("SHOW".to_owned(), "alpha".to_owned())].into_iter().collect();
+        assert!(environment.asked().is_empty());
+        assert_eq!((environment.get("SHOW"), environment.get("SHOT")), (Some("alpha"), None));
+        let asked = [("SHOT".to_owned(), None), ("SHOW".to_owned(), Some("alpha".to_owned()))];
+        assert_eq!(environment.asked(), asked.into_iter().collect());
+    }
+}
