@@ -122,7 +122,7 @@ fn made(kind: &str, with: &BTreeMap<String, String>) -> Result<Box<dyn Node>, Ve
     let source = Arc::new(Source { path: "graph.ron".into(), text });
     let (graph, mistakes) = read(Arc::clone(&source));
     let graph = graph.filter(|_| mistakes.is_empty()).ok_or(mistakes)?;
-    let (scope, _) = apply_overrides(&graph, &[]);
+    let (scope, _) = apply_overrides(&graph, &[], &std::sync::Arc::default());
     let entry = &graph.nodes["node"];
     let given = node_parameters(&graph, entry, &scope, None, &[], "node")?;
     let graph_core::document::Body::Kind(kind) = &entry.body else { unreachable!("the entry names a kind") };
