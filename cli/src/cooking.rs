@@ -5,6 +5,7 @@ use crate::exit::{Exit, Trouble};
 use crate::graph::{self, Asked};
 use crate::logs::{self, Profile};
 use crate::mistakes;
+use crate::words::Size;
 use graph_core::cook::{CookError, Event, Options, Rest, Summary, cook, session_name};
 use graph_core::document::Diagnostics;
 use graph_core::plan::Plan;
@@ -44,7 +45,8 @@ pub fn find(asked: &Asked, store: &StoreArguments, options: &Options, json: bool
 /// Options of a cook.
 pub fn options(arguments: &CookArguments, dry: bool) -> Options {
     let jobs = arguments.jobs.map_or(0, usize::from);
-    Options { jobs, only: arguments.only.clone(), dry, ..Options::default() }
+    let memory_bytes = arguments.memory.map(|Size(bytes)| bytes);
+    Options { jobs, memory_bytes, only: arguments.only.clone(), dry, ..Options::default() }
 }
 
 /// Cooks what there is to cook, or in a dry run says what that would be.

@@ -33,6 +33,12 @@ pub fn size(bytes: u64) -> String {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size(pub u64);
 
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&size(self.0))
+    }
+}
+
 impl std::str::FromStr for Size {
     type Err = String;
 

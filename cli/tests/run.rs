@@ -197,7 +197,8 @@ fn a_variable_of_the_environment_wakes_a_graph_at_rest() {
     let project = Project::new(&GRAPH.replace("takes/*.csv", "${ENV:SHOT_TAKES}/*.csv"));
     project.write("reshoot/a.csv", "# rate_hz: 60\nframe,jawOpen\n1,0\n");
     let names = |folder: &str| {
-        let ran = Ran::of(project.command(&["run", "graph.ron", "--json"]).env("SHOT_TAKES", folder).output().unwrap()).expect(0);
+        let ran = Ran::of(project.command(&["run", "graph.ron", "--json"]).env("SHOT_TAKES", folder).output().unwrap())
+            .expect(0);
         let cells = ran.json().into_iter().filter_map(|event| event["node"].as_str().map(str::to_owned));
         cells.collect::<std::collections::BTreeSet<_>>()
     };

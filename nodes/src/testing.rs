@@ -62,6 +62,10 @@ impl Bench {
 }
 
 impl Host for Bench {
+    fn memory_bytes(&self) -> u64 {
+        1 << 30
+    }
+
     fn progress(&self, fraction: f64, _: &[(&str, f64)]) {
         self.progress.lock().unwrap().push(fraction);
         let reports = self.reports.fetch_add(1, Ordering::Relaxed) + 1;

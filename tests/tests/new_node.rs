@@ -21,6 +21,10 @@ mod testing {
     struct NoEngine;
 
     impl Host for NoEngine {
+        fn memory_bytes(&self) -> u64 {
+            1 << 30
+        }
+
         fn progress(&self, _: f64, _: &[(&str, f64)]) {}
 
         fn source(&self) -> Result<SourceFile, NodeError> {

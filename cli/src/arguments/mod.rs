@@ -8,6 +8,7 @@ pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
 
 use crate::colours::When;
 use crate::logs::Level;
+use crate::words::Size;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -138,6 +139,9 @@ pub struct CookArguments {
     /// Threads [default: one for each core]
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
+    /// Memory that the cook may take, such as 16GB [default: four fifths of the machine's]
+    #[arg(long, value_name = "SIZE")]
+    pub memory: Option<Size>,
 }
 
 /// `grimace run`

@@ -83,6 +83,8 @@ impl Settings {
         if let Some(cook) = cook {
             self.put("jobs", cook.jobs.map(|jobs| jobs.to_string()));
             cook.jobs = cook.jobs.or_else(|| self.value("jobs")?.parse().ok());
+            self.put("memory", cook.memory.map(|memory| memory.to_string()));
+            cook.memory = cook.memory.or_else(|| self.value("memory")?.parse().ok());
         }
         let global = &mut cli.global;
         self.put("color", name_of(global.color));

@@ -3,6 +3,7 @@
 
 use crate::colours::When;
 use crate::logs::Level;
+use crate::words::Size;
 use clap::ValueEnum;
 
 /// A setting.
@@ -21,7 +22,7 @@ pub struct Setting {
 }
 
 /// All settings.
-pub const SETTINGS: [Setting; 5] = [
+pub const SETTINGS: [Setting; 6] = [
     Setting {
         name: "store",
         variable: "GRIMACE_STORE",
@@ -37,6 +38,16 @@ pub const SETTINGS: [Setting; 5] = [
         check: |text| match text.parse::<u16>() {
             Ok(1..) => Ok(()),
             _ => Err("a whole number from 1 to 65535".to_owned()),
+        },
+    },
+    Setting {
+        name: "memory",
+        variable: "GRIMACE_MEMORY",
+        default: "four fifths of what there is",
+        is_path: false,
+        check: |text| match text.parse() {
+            Ok(Size(1..)) => Ok(()),
+            _ => Err("a size such as 16GB".to_owned()),
         },
     },
     Setting { name: "color", variable: "GRIMACE_COLOR", default: "auto", is_path: false, check: one_of::<When> },

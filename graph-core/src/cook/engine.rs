@@ -8,6 +8,7 @@
 use super::cell::{Cell, CellId, Directory, KnownItems, Settings};
 use super::cost::Costs;
 use super::event::{Event, Summary};
+use super::memory::Memory;
 use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
@@ -34,6 +35,8 @@ pub type Tell = dyn Fn(Event) + Send + Sync;
 pub struct Options {
     /// Threads; 0 means one for each core.
     pub jobs: usize,
+    /// Bytes of memory that the cook may take; none means most of what the machine has.
+    pub memory_bytes: Option<u64>,
     /// Frames in a block.
     pub block_frames: usize,
     /// Only these nodes and what they need; empty means all.
@@ -50,6 +53,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             jobs: 0,
+            memory_bytes: None,
             block_frames: super::BLOCK_FRAMES,
             only: Vec::new(),
             dry: false,
@@ -183,7 +187,8 @@ impl Engine {
         }
         let (sender, receiver) = channel();
         let (block_frames, keep_cheap) = (options.block_frames, options.keep_cheap);
-        let shared = Shared { store, files, cancel, tell, block_frames, keep_cheap, sender };
+        let memory = Arc::new(Memory::new(options.memory_bytes));
+        let shared = Shared { store, files, memory, cancel, tell, block_frames, keep_cheap, sender };
         Ok(Self {
             of_plan: vec![Vec::new(); plan.nodes.len()],
             overrides: overrides.to_vec(),
@@ -278,6 +283,7 @@ impl Engine {
             if let Ok(message) = self.receiver.recv_timeout(Duration::from_millis(100)) {
                 self.running -= 1;
                 self.receive(message);
+                self.make_room();
             }
         }
     }

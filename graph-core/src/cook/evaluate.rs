@@ -151,14 +151,15 @@ impl Engine {
     }
 
     fn cached(&mut self, id: CellId, mut made: Made, action: Action) {
-        let block_frames = self.shared.block_frames;
+        let (block_frames, memory) = (self.shared.block_frames, &self.shared.memory);
         let cell = &mut self.cells[id];
         let slots: Slots = cell
             .card
             .outputs
             .iter()
             .filter_map(|port| {
-                let slot = |record: &ValueRecord| Arc::new(Slot::known(port.kind, record.clone(), block_frames));
+                let slot =
+                    |record: &ValueRecord| Arc::new(Slot::known(port.kind, record.clone(), block_frames, memory));
                 Some(match action.outputs.get(port.name)? {
                     OutputRecord::One(record) => SlotSet::One(slot(record)),
                     OutputRecord::List(items) => {

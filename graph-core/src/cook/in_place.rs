@@ -118,7 +118,7 @@ impl Engine {
         let digest = ValueRecord::root(&port.kind, &blocks);
         let bytes = self.scratch.len() as u64;
         let record = ValueRecord { digest, axis, blocks, summary: value.summary(), bytes };
-        let slot = Slot::known(port.kind, record, block_frames);
+        let slot = Slot::known(port.kind, record, block_frames, &self.shared.memory);
         slot.hold(0, value);
         Ok(Arc::new(slot))
     }

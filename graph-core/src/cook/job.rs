@@ -77,6 +77,10 @@ pub(crate) struct Desk<'a> {
 }
 
 impl Host for Desk<'_> {
+    fn memory_bytes(&self) -> u64 {
+        self.shared.memory.budget
+    }
+
     fn progress(&self, fraction: f64, numbers: &[(&str, f64)]) {
         self.shared.tell(|| {
             let numbers = numbers.iter().map(|(name, number)| ((*name).to_owned(), *number)).collect();
@@ -273,7 +277,7 @@ pub(crate) fn keep(
     typed(port, value)?;
     let blocks = cut(value, shared.block_frames);
     let record = record_of(port, &blocks, value.axis(), value.summary());
-    let slot = Slot::known(port.kind, record, shared.block_frames);
+    let slot = Slot::known(port.kind, record, shared.block_frames, &shared.memory);
     if write(&slot.record) {
         shared.store.put_pack(&port.kind, &slot.record.digest, &pack_of(&blocks))?;
         slot.now_stored();

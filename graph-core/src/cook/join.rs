@@ -3,6 +3,7 @@
 use super::cell::{SlotSet, Slots};
 use super::job::{Finished, JobError, worth_keeping};
 use super::key::Frames;
+use super::shared::Shared;
 use super::slot::{CookedBlock, Slot};
 use crate::node::{NodeError, PortFacts};
 use crate::store::{Action, OutputRecord, PackWriter, Store, ValueRecord};
@@ -26,17 +27,17 @@ pub(crate) struct Join {
 
 impl Join {
     /// The outputs, written to the store where that is worth it.
-    pub fn run(self, store: &Store) -> Result<Finished, JobError> {
+    pub fn run(self, shared: &Shared) -> Result<Finished, JobError> {
         if let Some(known) = &self.known {
             return self.remade(known);
         }
         let ports = self.ports.iter().enumerate();
-        let slots = ports.map(|(index, port)| Ok(SlotSet::One(Arc::new(self.join_port(store, index, port)?))));
+        let slots = ports.map(|(index, port)| Ok(SlotSet::One(Arc::new(self.join_port(shared, index, port)?))));
         let slots: Slots = slots.collect::<Result<_, JobError>>()?;
         if let Some(key) = &self.key {
             let named = self.ports.iter().map(|port| port.name.to_owned()).zip(slots.iter());
             let outputs = named.map(|(name, set)| (name, set.record())).collect();
-            store.put_action(key, &Action { outputs, reads: Vec::new(), seconds: self.seconds })?;
+            shared.store.put_action(key, &Action { outputs, reads: Vec::new(), seconds: self.seconds })?;
         }
         Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds, again_s: 0.0 })
     }
@@ -57,10 +58,11 @@ impl Join {
         Ok(Finished { slots: Arc::clone(known), reads: Vec::new(), seconds: 0.0, again_s: 0.0 })
     }
 
-    fn join_port(&self, store: &Store, index: usize, port: &PortFacts) -> Result<Slot, JobError> {
-        let frames = &self.frames;
+    fn join_port(&self, shared: &Shared, index: usize, port: &PortFacts) -> Result<Slot, JobError> {
+        let (frames, store) = (&self.frames, &shared.store);
+        let slot = |record| Slot::known(port.kind, record, frames.block, &shared.memory);
         let before = match self.before.as_ref().and_then(|before| before.outputs.get(port.name)) {
-            Some(OutputRecord::One(record)) => Some(Slot::known(port.kind, record.clone(), frames.block)),
+            Some(OutputRecord::One(record)) => Some(slot(record.clone())),
             _ => None,
         };
         let mut digests = Vec::with_capacity(frames.blocks());
@@ -86,7 +88,7 @@ impl Join {
             bytes,
         };
         let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
-        let slot = Slot::known(port.kind, record, frames.block);
+        let slot = slot(record);
         if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
             store.put_pack(&port.kind, &slot.record.digest, &pack)?;
             slot.now_stored();

@@ -40,9 +40,10 @@ impl Engine {
         let Some(path) = cell.writes.clone() else { return };
         let file = cell.outputs().find(|(name, _)| *name == super::FILES.name());
         let Some((_, SlotSet::One(slot))) = file else { return };
-        let in_place = self.published.get(&path).is_some_and(|(signature, digest)| {
-            *digest == slot.record.digest && stands(&path, signature)
-        });
+        let in_place = self
+            .published
+            .get(&path)
+            .is_some_and(|(signature, digest)| *digest == slot.record.digest && stands(&path, signature));
         if in_place {
             return;
         }

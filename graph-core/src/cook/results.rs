@@ -81,7 +81,7 @@ impl Engine {
             known: self.cells[id].slots().filter(|_| task.fresh.is_none()).cloned(),
         };
         task.jobs += 1;
-        self.spawn(id, move |shared| Message::Joined { cell: id, result: join.run(&shared.store) });
+        self.spawn(id, move |shared| Message::Joined { cell: id, result: join.run(shared) });
     }
 
     /// A task has its values.

@@ -4,6 +4,7 @@ use super::cell::CellId;
 use super::engine::Tell;
 use super::event::Event;
 use super::job::{JobError, panic_text};
+use super::memory::Memory;
 use super::results::Message;
 use crate::files::Fingerprints;
 use crate::node::NodeError;
@@ -16,6 +17,7 @@ use std::sync::mpsc::Sender;
 pub(crate) struct Shared {
     pub store: Arc<Store>,
     pub files: Fingerprints,
+    pub memory: Arc<Memory>,
     pub cancel: Arc<AtomicBool>,
     pub tell: Option<Arc<Tell>>,
     /// Frames in a block.

@@ -1,5 +1,6 @@
 //! Slots: a value as the cook holds it: its record always, its blocks in memory or in the store as it happens.
 
+use super::memory::Memory;
 use crate::store::{Pack, PackWriter, Store, ValueRecord};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -61,6 +62,7 @@ pub(crate) struct Slot {
     whole: Mutex<Option<Arc<dyn Value>>>,
     pack: Mutex<Option<Pack>>,
     stored: AtomicU8,
+    memory: Arc<Memory>,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -69,20 +71,29 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Slot {
     /// A value of which only the record is known.
-    pub fn known(kind: ValueKind, record: ValueRecord, block_frames: usize) -> Self {
+    pub fn known(kind: ValueKind, record: ValueRecord, block_frames: usize, memory: &Arc<Memory>) -> Self {
         let blocks = record.blocks.iter().map(|_| Mutex::new(None)).collect();
         let (whole, pack) = (Mutex::new(None), Mutex::new(None));
-        Self { kind, record, block_frames, blocks, whole, pack, stored: AtomicU8::new(UNKNOWN) }
+        let (stored, memory) = (AtomicU8::new(UNKNOWN), Arc::clone(memory));
+        Self { kind, record, block_frames, blocks, whole, pack, stored, memory }
+    }
+
+    /// Puts a value into memory in place of what was there, or takes it out.
+    fn place(&self, place: &Mutex<Option<Arc<dyn Value>>>, value: Option<Arc<dyn Value>>) {
+        let bytes = |value: &Option<Arc<dyn Value>>| value.as_ref().map_or(0, |value| value.size());
+        self.memory.take(bytes(&value));
+        let before = std::mem::replace(&mut *lock(place), value);
+        self.memory.give_back(bytes(&before));
     }
 
     /// Puts a computed block into memory.
     pub fn hold(&self, block: usize, value: Arc<dyn Value>) {
-        *lock(&self.blocks[block]) = Some(value);
+        self.place(&self.blocks[block], Some(value));
     }
 
     /// Puts the whole value into memory.
     pub fn hold_whole(&self, value: Arc<dyn Value>) {
-        *lock(&self.whole) = Some(value);
+        self.place(&self.whole, Some(value));
     }
 
     /// Takes the values that an equal slot holds in memory.
@@ -90,10 +101,10 @@ impl Slot {
         for (mine, theirs) in self.blocks.iter().zip(&other.blocks) {
             let value = lock(theirs).as_ref().map(Arc::clone);
             if value.is_some() {
-                *lock(mine) = value;
+                self.place(mine, value);
             }
         }
-        if other.stored.load(Ordering::Relaxed) == STORED {
+        if other.is_stored() {
             self.now_stored();
         }
     }
@@ -101,15 +112,20 @@ impl Slot {
     /// Lets go of everything in memory.
     pub fn release(&self) {
         for block in &self.blocks {
-            *lock(block) = None;
+            self.place(block, None);
         }
-        *lock(&self.whole) = None;
+        self.place(&self.whole, None);
         *lock(&self.pack) = None;
     }
 
     /// Says that the store now holds the value.
     pub fn now_stored(&self) {
         self.stored.store(STORED, Ordering::Relaxed);
+    }
+
+    /// Whether the store is known to hold the value.
+    pub fn is_stored(&self) -> bool {
+        self.stored.load(Ordering::Relaxed) == STORED
     }
 
     /// The blocks that hold the given frames, or all of them.
@@ -128,7 +144,7 @@ impl Slot {
             let state = if store.has_pack(&self.record.digest) { STORED } else { ABSENT };
             self.stored.store(state, Ordering::Relaxed);
         }
-        if self.stored.load(Ordering::Relaxed) == STORED || lock(&self.whole).is_some() {
+        if self.is_stored() || lock(&self.whole).is_some() {
             return Vec::new();
         }
         blocks.filter(|block| lock(&self.blocks[*block]).is_none()).collect()
@@ -136,9 +152,7 @@ impl Slot {
 
     /// Whether the value is in memory, or known to be in the store.
     pub fn at_hand(&self) -> bool {
-        self.stored.load(Ordering::Relaxed) == STORED
-            || lock(&self.whole).is_some()
-            || self.blocks.iter().all(|block| lock(block).is_some())
+        self.is_stored() || lock(&self.whole).is_some() || self.blocks.iter().all(|block| lock(block).is_some())
     }
 
     /// The encoding of a block from the store, verified.
@@ -205,6 +219,12 @@ impl Slot {
             return Ok(value);
         }
         value.slice(within).ok_or_else(|| self.lost(true))
+    }
+}
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        self.release();
     }
 }
 

@@ -15,6 +15,9 @@ pub struct SourceFile {
 
 /// The engine's side of a [`Context`]: where progress goes and files come from.
 pub trait Host: Sync {
+    /// Bytes of memory that the node may take.
+    fn memory_bytes(&self) -> u64;
+
     /// Progress of the running node: fraction done, and named numbers such as a loss.
     fn progress(&self, fraction: f64, numbers: &[(&str, f64)]);
 
@@ -66,6 +69,19 @@ impl<'a> Context<'a> {
     /// [`NodeError::Cancelled`] once the cook was cancelled.
     pub fn go_on(&self) -> Result<(), NodeError> {
         if self.cancelled() { Err(NodeError::Cancelled) } else { Ok(()) }
+    }
+
+    /// Says that the node is about to take `bytes` of memory because of what `parameter` asks for. Nodes say so of what
+    /// grows with a parameter, before they take it.
+    ///
+    /// # Errors
+    /// Where it is more than the cook may take.
+    pub fn claim(&self, parameter: &str, bytes: usize) -> Result<(), NodeError> {
+        let budget_bytes = self.host.memory_bytes();
+        if bytes as u64 <= budget_bytes {
+            return Ok(());
+        }
+        Err(NodeError::Memory { parameter: parameter.to_owned(), bytes: bytes as u64, budget_bytes })
     }
 
     /// Name of the item being cooked (a take's name), empty outside of lists. It is no part of the key: use it

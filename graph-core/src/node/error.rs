@@ -21,6 +21,20 @@ pub enum NodeError {
         /// What is wrong.
         problem: String,
     },
+    /// A parameter asks for more memory than the cook may take.
+    #[error(
+        "parameter `{parameter}`: this takes {} of memory, and the cook may take {}; lower it, or raise `--memory`",
+        gigabytes(*bytes),
+        gigabytes(*budget_bytes)
+    )]
+    Memory {
+        /// The parameter.
+        parameter: String,
+        /// Bytes that it asks for.
+        bytes: u64,
+        /// Bytes that the cook may take.
+        budget_bytes: u64,
+    },
     /// A file could not be read or is damaged.
     #[error("{file}: {problem}")]
     File {
@@ -35,6 +49,13 @@ pub enum NodeError {
     /// The cook was cancelled.
     #[error("cancelled")]
     Cancelled,
+}
+
+fn gigabytes(bytes: u64) -> String {
+    match bytes as f64 / 1e9 {
+        large if large >= 0.0995 => format!("{large:.1} GB"),
+        small => format!("{:.1} MB", small * 1e3),
+    }
 }
 
 impl NodeError {

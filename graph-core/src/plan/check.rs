@@ -109,7 +109,13 @@ pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Op
         });
     }
     let origins = scoped.origins.into_iter().map(|origin| Origin { node: position[origin.node], ..origin }).collect();
-    loader.diagnostics.is_empty().then_some(Plan { sources: Vec::new(), environment: Arc::default(), nodes, origins, wires: graph })
+    loader.diagnostics.is_empty().then_some(Plan {
+        sources: Vec::new(),
+        environment: Arc::default(),
+        nodes,
+        origins,
+        wires: graph,
+    })
 }
 
 fn moved(source: &RawSource, position: &[usize]) -> PlanSource {

@@ -3,8 +3,8 @@
 use super::model::{Plan, Template};
 use super::{check, resolve, scope};
 use crate::document::{
-    Body, Diagnostic, Diagnostics, Entry, Environment, Graph, Override, Place, Scope, Source, Spanned, apply_overrides, read,
-    resolve_name,
+    Body, Diagnostic, Diagnostics, Entry, Environment, Graph, Override, Place, Scope, Source, Spanned, apply_overrides,
+    read, resolve_name,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};

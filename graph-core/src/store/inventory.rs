@@ -27,8 +27,7 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 6] =
-        [Self::Checkpoint, Self::Pack, Self::Action, Self::Rest, Self::Session, Self::Pin];
+    pub const ALL: [Self; 6] = [Self::Checkpoint, Self::Pack, Self::Action, Self::Rest, Self::Session, Self::Pin];
 
     /// The folder of the part within the store.
     pub fn folder(self) -> &'static str {

@@ -1,7 +1,9 @@
 //! Cooks small projects, and asserts by the events which cells and blocks ran.
 
 use crate::world::Project;
-use graph_core::cook::{Event, Session, story};
+use graph_core::cook::{Engine, Event, Options, Session, story};
+use graph_core::plan::load;
+use std::sync::Arc;
 
 const TAKES: &str = r#"(
     grimace: 1,
@@ -317,4 +319,39 @@ fn results_are_the_same_where_cheap_ones_are_not_kept() {
         );
         assert_eq!(cheap.cook_with(set).summary.cooked, 0, "nothing changed");
     }
+}
+
+#[test]
+fn values_that_memory_has_no_room_for_are_let_go_and_read_again() {
+    const TAKE_BYTES: u64 = 5_000 * 8;
+    let of_take = |take: usize| {
+        format!(
+            "\"read{take}\": (kind: \"read\", with: (path: \"takes/{take}.txt\")),\n\
+             \"scale{take}\": (kind: \"scale\", in: {{\"series\": \"read{take}\"}}),\n"
+        )
+    };
+    let gathered: Vec<String> = (0..20).map(|take| format!("\"scale{take}\"")).collect();
+    let gathered = gathered.join(", ");
+    let nodes: String = (0..20).map(of_take).collect();
+    let cooked = [None, Some(8 * TAKE_BYTES)].map(|memory_bytes| {
+        let total = format!("\"total\": (kind: \"sum\", in: {{\"series\": [{gathered}]}})");
+        let mut project = Project::new(&format!("(grimace: 1, nodes: {{\n{nodes}{total}}})"));
+        project.options = Options { memory_bytes, resident: true, ..project.options.clone() };
+        for take in 0..20 {
+            project.series(&format!("takes/{take}.txt"), 5_000, |t| (t * take) as f64);
+        }
+        let plan = load(&project.path("graph.ron"), &[]).unwrap();
+        let mut engine =
+            Engine::new(plan, &[], project.store(), project.options.clone(), Arc::default(), None).unwrap();
+        assert_eq!(engine.cook().unwrap().cooked, 41);
+        let held = engine.held_bytes();
+        // All that is kept, and so all that was computed, by its digests.
+        engine.remember().unwrap();
+        let session = Session::load(&project.store(), &project.path("graph.ron"));
+        (held, session.cells["total"].action.outputs.clone())
+    });
+    assert_eq!(cooked[0].1, cooked[1].1);
+    assert!(cooked[0].0 >= 40 * TAKE_BYTES, "{} bytes", cooked[0].0);
+    // The sum takes all twenty at once, whatever there is room for; afterwards they go again.
+    assert!(cooked[1].0 <= 5 * TAKE_BYTES, "{} bytes", cooked[1].0);
 }

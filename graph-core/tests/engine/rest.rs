@@ -48,7 +48,9 @@ type Edit = fn(&Project);
 const EDITS: [(&str, Edit); 9] = [
     ("the graph", |project| project.write("graph.ron", &GRAPH.replace("3.0", "4.0"))),
     ("a nested graph", |project| project.write("solve.ron", &SOLVE.replace("take\"})", "take\" })"))),
-    ("a take, its size as before", |project| project.series("takes/a.txt", 40, |t| if t == 3 { 4.0 } else { t as f64 })),
+    ("a take, its size as before", |project| {
+        project.series("takes/a.txt", 40, |t| if t == 3 { 4.0 } else { t as f64 })
+    }),
     ("one more take", |project| project.series("takes/c.txt", 5, |t| t as f64)),
     ("a vanished take", |project| fs::remove_file(project.path("takes/b.txt")).unwrap()),
     ("a written file that vanished", |project| fs::remove_file(project.path("out/graph-core/a.txt")).unwrap()),
@@ -73,7 +75,8 @@ fn what_a_cook_depends_on_wakes_the_graph_and_nothing_else_does() {
         let seen = std::sync::Mutex::new(&mut told);
         let summary = rest.tell(&|event| seen.lock().unwrap().push(event));
         let cached = |events: &[Event]| {
-            let mut cells: Vec<_> = events.iter().filter(|event| matches!(event, Event::Cached { .. })).cloned().collect();
+            let mut cells: Vec<_> =
+                events.iter().filter(|event| matches!(event, Event::Cached { .. })).cloned().collect();
             cells.sort_by_key(|event| format!("{event:?}"));
             cells
         };

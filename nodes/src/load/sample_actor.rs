@@ -82,6 +82,8 @@ impl Node for SampleActor {
             motion_frames: self.rom_frames,
         });
         let head = head.map_err(NodeError::failed)?;
+        let frame_bytes = size_of_val(head.neutral_markers.positions()) + head.rig.channels.len() * size_of::<f32>();
+        context.claim("takes", (self.takes * self.frames).saturating_mul(frame_bytes))?;
         context.progress(0.5, &[]);
         context.go_on()?;
         let exact = self.exact_markers(&head)?;

@@ -82,8 +82,11 @@ impl Node for FacsSweep {
         let swept = Patterns { parameter: "channels", what: "channel", names: &rig.channels };
         let swept: BTreeSet<String> = swept.chosen(&self.channels)?.into_iter().collect();
         let width = rig.channels.len();
+        let groups = self.groups(rig, &swept);
+        let frames = self.frames_rest + groups.len() * (self.frames_up + self.frames_hold + self.frames_down);
+        context.claim("frames_up", frames.saturating_mul(width * size_of::<f32>()))?;
         let mut values = vec![0.0; self.frames_rest * width];
-        for group in self.groups(rig, &swept) {
+        for group in groups {
             context.go_on()?;
             for weight in self.ramp() {
                 let start = values.len();

@@ -80,6 +80,7 @@ impl Node for MixRegions {
         }
         let groups = self.groups(curves, regions)?;
         let width = curves.channels().len();
+        context.claim("frames", (curves.frames() + self.frames).saturating_mul(width * size_of::<f32>()))?;
         let mut values = curves.values().to_vec();
         values.reserve(self.frames * width);
         let mut random = Random::new(self.seed, 0);
@@ -151,6 +152,13 @@ mod tests {
         let inputs = Inputs::default().with(&CURVES, curves).with(&REGIONS, toy::regions());
         let outputs = compute(&node, &inputs);
         outputs.map(|outputs| outputs.get(&MIXED).unwrap().clone()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn more_than_memory_holds_is_refused() {
+        let error = mix(json!({"frames": 10_000_000_000_u64}), counted()).unwrap_err();
+        let expected = "parameter `frames`: this takes 160.0 GB of memory, and the cook may take 1.1 GB; lower it";
+        assert!(error.starts_with(expected), "{error}");
     }
 
     /// Ten frames in which every channel tells its frame.

@@ -110,6 +110,8 @@ impl Node for RenderFaces {
             hidden: self.without_parts.clone(),
             ..Style::sized(self.size_px, self.size_px)
         };
+        let pictures = positions.len() * self.yaw_deg.len();
+        context.claim("count", (pictures * self.size_px * self.size_px).saturating_mul(size_of::<[f32; 4]>()))?;
         let mut sheet = Sheet::new(columns);
         for (done, position) in positions.iter().enumerate() {
             let pose = scene.pose(*position)?;

@@ -96,6 +96,9 @@ impl Node for AddJitter {
         }
         let sigmas_m = self.sigmas_m(exact, inputs.may_get(&NOISE)?)?;
         let rounds = self.copies + usize::from(self.keep_exact);
+        let channels = curves.map_or(0, |curves| curves.channels().len());
+        let frame_bytes = size_of_val(exact.positions()) / exact.frames().max(1) + channels * size_of::<f32>();
+        context.claim("copies", (rounds * exact.frames()).saturating_mul(frame_bytes))?;
         let mut positions = Vec::with_capacity(rounds * exact.positions().len());
         if self.keep_exact {
             positions.extend_from_slice(exact.positions());

@@ -41,7 +41,11 @@ impl Scope {
 
     /// The scope of a file without parameters.
     pub(in crate::document) fn file(source: &Arc<Source>) -> Self {
-        Self { source: Some(Arc::clone(source)), values: BTreeMap::new(), environment: Arc::new(Environment::of_process()) }
+        Self {
+            source: Some(Arc::clone(source)),
+            values: BTreeMap::new(),
+            environment: Arc::new(Environment::of_process()),
+        }
     }
 
     /// The scope of `graph` with the values `given` from outside in place of the defaults.
@@ -147,4 +151,3 @@ impl Scope {
         }
     }
 }
-

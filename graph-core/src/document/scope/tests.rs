@@ -1,6 +1,6 @@
 //! `${…}`, overrides and nested graphs.
 
-use super::{Override, Resolved, Scope, Environment, apply_overrides, node_parameters, resolve};
+use super::{Environment, Override, Resolved, Scope, apply_overrides, node_parameters, resolve};
 use crate::document::sample::{graph, rendered, source, told};
 use crate::document::{Diagnostic, Graph, Literal, Source, Span, Spanned, read};
 use std::collections::BTreeMap;
@@ -253,7 +253,8 @@ fn nested_graphs_have_the_parameters_they_have() {
 
 #[test]
 fn the_environment_of_the_process_is_seen() {
-    let scope = Scope { source: Some(source("")), values: BTreeMap::new(), environment: Arc::new(Environment::of_process()) };
+    let scope =
+        Scope { source: Some(source("")), values: BTreeMap::new(), environment: Arc::new(Environment::of_process()) };
     let written = Spanned { value: Literal::Text("${ENV:CARGO_MANIFEST_DIR}".to_owned()), span: Span::default() };
     let expected = Resolved::Text { text: env!("CARGO_MANIFEST_DIR").to_owned(), folder: Path::new("show").into() };
     assert_eq!(resolve(&written, &scope), Ok(expected));

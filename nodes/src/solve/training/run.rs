@@ -47,6 +47,12 @@ impl<'a> Job<'a> {
         Self { region, features, conditions, architecture, training }
     }
 
+    /// Bytes that training takes: parameters, their gradients and two moments of Adam; features as they come and scaled.
+    fn bytes(&self) -> usize {
+        let numbers = 4 * self.architecture.parameter_count() + 2 * self.features.values.len();
+        numbers * size_of::<f32>()
+    }
+
     /// What an epoch costs, roughly: trained numbers times samples.
     fn epoch_cost(&self) -> f64 {
         let samples = self.features.values.len() / self.features.width.max(1);
@@ -127,6 +133,7 @@ impl Hall<'_> {
     fn train(&self, index: usize) -> Result<RegionNetwork, NodeError> {
         self.context.go_on()?;
         let job = &self.jobs[index];
+        self.context.claim("width", job.bytes())?;
         if let Some(done) = self.finished(job) {
             self.report(index, done.training.losses.len(), done.training.losses.last().copied());
             return Ok(done);
