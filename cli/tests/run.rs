@@ -169,6 +169,14 @@ const LONG: &str = r#"(
     nodes: { "actor": (kind: "sample_actor", with: (takes: 1000, frames: 100000)) },
 )"#;
 
+#[test]
+fn what_asks_for_more_memory_than_there_may_be_is_refused() {
+    let project = Project::new(LONG);
+    let ran = project.run(&["run", "graph.ron", "--memory", "2GB"]).expect(3);
+    assert!(ran.err.contains("parameter `takes`: this takes ") && ran.err.contains("may take 2.0 GB"), "{}", ran.err);
+    assert!(project.run(&["run", "graph.ron", "--memory", "much"]).expect(2).err.contains("is no size"));
+}
+
 #[cfg(unix)]
 #[test]
 fn the_first_signal_cancels_and_the_second_leaves_at_once() {
@@ -177,7 +185,7 @@ fn the_first_signal_cancels_and_the_second_leaves_at_once() {
     let signal = |pid: u32, name: &str| {
         assert!(Command::new("kill").args([name, &pid.to_string()]).status().unwrap().success());
     };
-    let mut child = project.command(&["run", "graph.ron"]).spawn().unwrap();
+    let mut child = project.command(&["run", "graph.ron", "--memory", "1TB"]).spawn().unwrap();
     std::thread::sleep(Duration::from_millis(1500));
     assert!(child.try_wait().unwrap().is_none(), "the graph should cook for long");
     signal(child.id(), "-INT");
