@@ -68,46 +68,43 @@ impl Encoder {
         self.blob(&bytes);
     }
 
+    /// Writes words of `N` bytes end to end after their number.
+    fn words<const N: usize, T>(&mut self, items: &[T], write: impl Fn(&T) -> [u8; N]) {
+        self.count(items.len());
+        let start = self.bytes.len();
+        self.bytes.resize(start + items.len() * N, 0);
+        for (place, item) in self.bytes[start..].chunks_exact_mut(N).zip(items) {
+            place.copy_from_slice(&write(item));
+        }
+    }
+
     /// Writes 32-bit floats, bit for bit except that every NaN is written as the one quiet NaN.
     pub fn f32s(&mut self, numbers: &[f32]) {
-        self.count(numbers.len());
-        self.bytes.reserve(numbers.len() * 4);
-        for number in numbers {
-            let canonical = if number.is_nan() { f32::NAN } else { *number };
-            self.bytes.extend_from_slice(&canonical.to_bits().to_le_bytes());
-        }
+        self.words(numbers, |number| canonical(*number).to_le_bytes());
     }
 
     /// Writes 64-bit floats, NaN as in [`Encoder::f32s`].
     pub fn f64s(&mut self, numbers: &[f64]) {
-        self.count(numbers.len());
-        self.bytes.reserve(numbers.len() * 8);
-        for number in numbers {
-            let canonical = if number.is_nan() { f64::NAN } else { *number };
-            self.bytes.extend_from_slice(&canonical.to_bits().to_le_bytes());
-        }
+        self.words(numbers, |number| if number.is_nan() { f64::NAN } else { *number }.to_le_bytes());
     }
 
     /// Writes points or directions as x, y, z triples.
     pub fn points(&mut self, points: &[Vec3]) {
-        self.count(points.len());
-        self.bytes.reserve(points.len() * 12);
-        for point in points {
-            for number in point.to_array() {
-                let canonical = if number.is_nan() { f32::NAN } else { number };
-                self.bytes.extend_from_slice(&canonical.to_bits().to_le_bytes());
-            }
-        }
+        self.words(points, |point| {
+            let [x, y, z] = point.to_array().map(|number| canonical(number).to_le_bytes());
+            [x[0], x[1], x[2], x[3], y[0], y[1], y[2], y[3], z[0], z[1], z[2], z[3]]
+        });
     }
 
     /// Writes 32-bit indices.
     pub fn u32s(&mut self, numbers: &[u32]) {
-        self.count(numbers.len());
-        self.bytes.reserve(numbers.len() * 4);
-        for number in numbers {
-            self.bytes.extend_from_slice(&number.to_le_bytes());
-        }
+        self.words(numbers, |number| number.to_le_bytes());
     }
+}
+
+/// The number, with every NaN as the one quiet NaN.
+fn canonical(number: f32) -> f32 {
+    if number.is_nan() { f32::NAN } else { number }
 }
 
 /// Reads an encoding back, in the order in which it was written.

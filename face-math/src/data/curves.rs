@@ -130,7 +130,7 @@ impl Data for Curves {
         if let Some(index) = slices.iter().position(|slice| slice.channels != slices[0].channels) {
             return Err(JoinError::Differs { kind: Self::NAME, index, what: "channels" });
         }
-        let values = slices.iter().flat_map(|slice| slice.values.iter().copied()).collect();
+        let values = slices.iter().map(|slice| slice.values.as_slice()).collect::<Vec<_>>().concat();
         Ok(Self { axis, channels: slices[0].channels.clone(), values })
     }
 }

@@ -153,7 +153,7 @@ impl Data for Markers {
         if let Some(index) = slices.iter().position(|slice| slice.names != slices[0].names) {
             return Err(JoinError::Differs { kind: Self::NAME, index, what: "marker names" });
         }
-        let positions = slices.iter().flat_map(|slice| slice.positions.iter().copied()).collect();
+        let positions = slices.iter().map(|slice| slice.positions.as_slice()).collect::<Vec<_>>().concat();
         Ok(Self { axis, names: slices[0].names.clone(), positions })
     }
 }

@@ -137,7 +137,7 @@ impl Data for Meshes {
         if let Some(index) = slices.iter().position(|slice| !alike(slice)) {
             return Err(JoinError::Differs { kind: Self::NAME, index, what: "parts" });
         }
-        let positions = slices.iter().flat_map(|slice| slice.positions.iter().copied()).collect();
+        let positions = slices.iter().map(|slice| slice.positions.as_slice()).collect::<Vec<_>>().concat();
         Ok(Self { axis, parts: Arc::clone(&first.parts), vertices: first.vertices, positions })
     }
 }

@@ -143,7 +143,7 @@ impl Data for Views {
         if let Some(index) = slices.iter().position(differs) {
             return Err(JoinError::Differs { kind: Self::NAME, index, what: "cameras or markers" });
         }
-        let points_px = slices.iter().flat_map(|slice| slice.points_px.iter().copied()).collect();
+        let points_px = slices.iter().map(|slice| slice.points_px.as_slice()).collect::<Vec<_>>().concat();
         Ok(Self { axis, cameras: first.cameras.clone(), markers: first.markers.clone(), points_px })
     }
 }
