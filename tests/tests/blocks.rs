@@ -38,6 +38,10 @@ impl Host for Bench {
     }
 
     fn save_checkpoint(&self, _: &str, _: &[u8]) {}
+
+    fn memory_bytes(&self) -> u64 {
+        u64::MAX
+    }
 }
 
 fn compute(node: &dyn Node, file: Option<&Path>, inputs: &Inputs) -> Result<Outputs, NodeError> {

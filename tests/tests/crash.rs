@@ -76,7 +76,7 @@ fn random(state: &mut u64) -> f64 {
 
 #[test]
 fn a_killed_cook_leaves_nothing_to_mend() {
-    let kills: usize = std::env::var("GRIMACE_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(12);
+    let kills: usize = std::env::var("GRIMACE_KILLS").ok().and_then(|text| text.parse().ok()).unwrap_or(8);
     let project = project();
     let since = Instant::now();
     project.run(&["run", "graph.ron"]).ended_with(0);
