@@ -31,6 +31,9 @@ const CALM: &str = r#"(
     nodes: { "calm": (kind: "smooth_curves", in: {"curves": "curves"}) },
 )"#;
 
+/// Arguments, and variables of the environment.
+type Settings<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
+
 /// Cells of the graph with two takes.
 const CELLS: u64 = 2 + 2 * 3 + 1;
 
@@ -94,8 +97,6 @@ fn no_setting_changes_a_key() {
     cook(&project);
     let truth = keys(&project.path("out"));
     assert_eq!(truth.len(), 3, "{truth:?}");
-    /// Arguments, and variables of the environment.
-    type Settings<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
     let settings: [Settings<'_>; 7] = [
         (&["--jobs", "1"], &[]),
         (&["--jobs", "7", "--verbose"], &[]),

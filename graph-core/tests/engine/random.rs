@@ -73,10 +73,10 @@ impl Studio {
 
     /// The text of everything written.
     fn outputs(&self) -> BTreeMap<String, String> {
-        let files = std::fs::read_dir(self.project.path("out")).into_iter().flatten().map(Result::unwrap);
+        let files = std::fs::read_dir(self.project.path("out")).into_iter().flatten().map(|file| file.unwrap().path());
         files
-            .map(|file| file.file_name().into_string().unwrap())
-            .filter(|name| !name.ends_with(".json"))
+            .filter(|path| path.extension().is_some_and(|ending| ending == "txt"))
+            .map(|path| path.file_name().unwrap().to_string_lossy().into_owned())
             .map(|name| (name.clone(), self.project.read(&format!("out/{name}"))))
             .collect()
     }
