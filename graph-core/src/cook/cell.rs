@@ -202,20 +202,40 @@ impl Cell {
 /// The items of a list that are known so far: by the items of the lists around it.
 pub(crate) type KnownItems = BTreeMap<(OriginId, Vec<String>), BTreeMap<String, Option<PathBuf>>>;
 
+/// The lists whose items cannot be known, by the items of the lists around them, with the cell that failed to give them.
+pub(crate) type LostLists = BTreeMap<(OriginId, Vec<String>), CellId>;
+
+/// The item combinations over which a node repeats.
+#[derive(Debug, Default)]
+pub(crate) struct Combinations {
+    pub known: Vec<Vec<String>>,
+    /// The items down to a list that is lost, with the cell that failed to give it.
+    pub lost: Vec<(Vec<String>, CellId)>,
+}
+
 /// The item combinations over which `scope` repeats; `None` while a list's items are not known.
-pub(crate) fn combinations(plan: &Plan, scope: &[OriginId], known: &KnownItems) -> Option<Vec<Vec<String>>> {
-    let mut all = vec![Vec::new()];
+pub(crate) fn combinations(
+    plan: &Plan,
+    scope: &[OriginId],
+    known: &KnownItems,
+    lost: &LostLists,
+) -> Option<Combinations> {
+    let mut all = Combinations { known: vec![Vec::new()], lost: Vec::new() };
     for (depth, origin) in scope.iter().enumerate() {
         let mut next = Vec::new();
-        for items in &all {
-            let outer = outer_items(plan, *origin, &scope[..depth], items);
-            for name in known.get(&(*origin, outer))?.keys() {
+        for items in &all.known {
+            let list = (*origin, outer_items(plan, *origin, &scope[..depth], items));
+            if let Some(giver) = lost.get(&list) {
+                all.lost.push((items.clone(), *giver));
+                continue;
+            }
+            for name in known.get(&list)?.keys() {
                 let mut items: Vec<String> = items.clone();
                 items.push(name.clone());
                 next.push(items);
             }
         }
-        all = next;
+        all.known = next;
     }
     Some(all)
 }

@@ -5,10 +5,11 @@
 //! it become dirty. Cells are looked at in the order of the plan. While a cell is in the making, everything that depends on
 //! it is unsettled and waits; when it is done, what it did not change settles unseen.
 
-use super::cell::{Cell, CellId, Directory, KnownItems, Settings};
+use super::cell::{Cell, CellId, Directory, KnownItems, LostLists, Settings};
 use super::cost::Costs;
 use super::event::{Event, Summary};
 use super::memory::Memory;
+use super::refold::Stood;
 use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
@@ -131,10 +132,15 @@ pub struct Engine {
     pub(super) known_items: KnownItems,
     /// What patterns of files matched.
     pub(super) listed: BTreeMap<PathBuf, BTreeMap<String, PathBuf>>,
-    /// Plan nodes whose cells are not made yet, in their order.
+    /// Plan nodes that are cooked, in their order.
+    pub(super) wanted: Vec<usize>,
+    /// Those whose cells are not made yet.
     pub(super) folded: Vec<usize>,
-    /// Lists whose items will never be known, with the cell that failed.
-    pub(super) lost_lists: BTreeMap<OriginId, String>,
+    pub(super) lost_lists: LostLists,
+    /// Whether a list has other items than those that cells were made for.
+    pub(super) items_changed: bool,
+    /// What is known of cells that are about to be made anew.
+    pub(super) stood: HashMap<String, Stood>,
     /// The list outputs of plan nodes over which others repeat.
     pub(super) list_origins: HashMap<usize, Vec<OriginId>>,
     /// Settings by plan node, where no item enters them.
@@ -178,7 +184,7 @@ impl Engine {
             wanted.extend(found);
         }
         let marked = plan.with_ancestors(&wanted);
-        let folded = (0..plan.nodes.len()).filter(|node| wanted.is_empty() || marked[*node]).collect();
+        let folded: Vec<usize> = (0..plan.nodes.len()).filter(|node| wanted.is_empty() || marked[*node]).collect();
         let mut session = Session::load(&store, &plan.root().path);
         let files = Fingerprints::new(std::mem::take(&mut session.files));
         let mut list_origins: HashMap<usize, Vec<OriginId>> = HashMap::new();
@@ -201,8 +207,11 @@ impl Engine {
             directory: Directory::new(),
             known_items: KnownItems::new(),
             listed: BTreeMap::new(),
+            wanted: folded.clone(),
             folded,
-            lost_lists: BTreeMap::new(),
+            lost_lists: LostLists::new(),
+            items_changed: false,
+            stood: HashMap::new(),
             list_origins,
             settings: HashMap::new(),
             paths: plan.nodes.iter().enumerate().map(|(at, node)| (node.path.clone(), at)).collect(),
@@ -245,7 +254,16 @@ impl Engine {
             self.mark(id);
         }
         self.unfold_now();
-        self.run();
+        loop {
+            if std::mem::take(&mut self.items_changed) {
+                self.refold();
+            }
+            self.run();
+            if !self.items_changed || self.cancelled() || self.broken.is_some() {
+                break;
+            }
+        }
+        self.stood.clear();
         for damage in self.shared.store.take_damages() {
             self.tell(|| Event::Notice { about: damage.file.display().to_string(), message: damage.message });
         }
@@ -269,7 +287,7 @@ impl Engine {
         loop {
             while let Some(Reverse((_, id))) = self.ready.pop() {
                 self.cells[id].queued = false;
-                if self.cancelled() || self.broken.is_some() {
+                if self.cancelled() || self.broken.is_some() || self.items_changed {
                     self.mark_later(id);
                     break;
                 }

@@ -3,9 +3,9 @@
 use super::cell::{CellId, Made, SlotSet, Slots, State, Wire, link_digest};
 use super::engine::Engine;
 use super::event::Event;
-use super::session::{Cause, Reason};
+use super::session::Reason;
 use super::slot::Slot;
-use super::why::{Now, difference, settings_difference, told};
+use super::why::told;
 use crate::store::{Action, OutputRecord, ValueRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -153,7 +153,7 @@ impl Engine {
     fn cached(&mut self, id: CellId, mut made: Made, action: Action) {
         let (block_frames, memory) = (self.shared.block_frames, &self.shared.memory);
         let cell = &mut self.cells[id];
-        let slots: Slots = cell
+        let mut slots: Slots = cell
             .card
             .outputs
             .iter()
@@ -176,6 +176,9 @@ impl Engine {
         }
         let (blocks, name) = (made.block_keys.len(), cell.name.clone());
         (cell.seconds, cell.reads) = (action.seconds, action.reads);
+        if let Some(stood) = self.stood.remove(&name) {
+            stood.take_over(cell, &made.key, &mut slots);
+        }
         self.summary.blocks_cached += blocks;
         self.tell(|| Event::Cached { node: name, kind: self.kind(id), blocks });
         self.done(id, made, slots);
@@ -227,95 +230,5 @@ impl Engine {
         self.cells[id].state = State::Failed(node);
         self.learn_items(id);
         self.settle(id, true);
-    }
-
-    /// In a plan, why a cell with inputs that are not known is cooked whatever they turn out to be.
-    fn own_reason(&self, id: CellId, file: Option<Digest>) -> Option<Reason> {
-        let cell = &self.cells[id];
-        let inputs: Vec<_> = cell.links.iter().map(|link| link_digest(link, |wire| self.wire_digest(wire))).collect();
-        let now = Now { settings: &cell.settings, file, links: &cell.links, inputs };
-        match difference(cell.before.as_deref(), &now) {
-            Reason::Forgotten => None,
-            Reason::Input(link, _) => Some(self.input_reason(id, link)),
-            own => Some(own),
-        }
-    }
-
-    /// The first part of the key that differs from the one before.
-    fn reason(&self, id: CellId, made: &Made) -> Reason {
-        let cell = &self.cells[id];
-        let reason = match (&cell.made.settings, &cell.before) {
-            // Computed before by this very engine.
-            (Some(before), _) => {
-                let same = Arc::ptr_eq(before, &cell.settings);
-                let own = if same { None } else { settings_difference(&before.parts, &cell.settings.parts) };
-                let input = || cell.made.inputs.iter().zip(&made.inputs).position(|(before, now)| before != now);
-                match own {
-                    Some(own) => own,
-                    None if cell.made.file != made.file => Reason::Changed("file".to_owned()),
-                    None => input().map_or(Reason::Forgotten, |link| Reason::Input(link, None)),
-                }
-            }
-            (None, before) => {
-                let inputs = made.inputs.iter().copied().map(Some).collect();
-                let now = Now { settings: &cell.settings, file: made.file, links: &cell.links, inputs };
-                difference(before.as_deref(), &now)
-            }
-        };
-        match reason {
-            Reason::Input(link, _) => self.input_reason(id, link),
-            other => other,
-        }
-    }
-
-    /// Why an input differs: the producer whose result changed, or a changed connection.
-    fn input_reason(&self, id: CellId, link: usize) -> Reason {
-        let mut producers = self.cells[id].links[link].wires.iter().map(|wire| wire.cell);
-        Reason::Input(link, producers.find(|producer| self.cells[*producer].changed_run == self.session.run))
-    }
-
-    /// A reason in words, with its place.
-    pub(super) fn cause(&self, id: CellId, reason: &Reason) -> Cause {
-        let cell = &self.cells[id];
-        let plan = &self.plan.nodes[cell.plan];
-        let here = Some(plan.place.text());
-        let plain = |text: String, place: Option<String>| Cause { text, place, upstream: None };
-        match reason {
-            Reason::Told(cause) => cause.clone(),
-            Reason::New => plain("it is new".into(), here),
-            Reason::Forgotten => plain("the store no longer holds its result".into(), None),
-            Reason::Added(label) => plain(format!("{label} was added"), here),
-            Reason::Removed(label) => plain(format!("{label} was taken away"), here),
-            Reason::Changed(label) if label == "version" => {
-                plain(format!("its kind `{}` is now version {}", plan.kind, cell.card.version), None)
-            }
-            Reason::Changed(label) if label == "file" => {
-                plain("its file changed".into(), cell.file.as_ref().map(|file| file.display().to_string()))
-            }
-            Reason::Changed(label) => {
-                let parameter = label.strip_prefix("parameter `").and_then(|rest| rest.strip_suffix('`'));
-                plain(
-                    format!("{label} changed"),
-                    parameter.and_then(|name| self.parameter_place(cell.plan, name)).or(here),
-                )
-            }
-            Reason::Input(link, upstream) => {
-                let port = cell.links.get(*link).map_or("", |link| link.port.name);
-                if let Some(producer) = upstream {
-                    let text = format!("its input `{port}` changed");
-                    return Cause { text, place: None, upstream: Some(self.cells[*producer].name.clone()) };
-                }
-                let input = plan.inputs.iter().find(|input| input.port.name == port);
-                let text = format!("its input `{port}` is connected to something else, or has other items");
-                plain(text, input.map(|input| input.place.text()))
-            }
-        }
-    }
-
-    /// Where a parameter of a plan node is written.
-    fn parameter_place(&self, plan: usize, name: &str) -> Option<String> {
-        let template = &self.plan.nodes[plan].template;
-        let span = template.entry().with.get(name)?.value.span;
-        Some(crate::document::Place { source: Arc::clone(&template.graph.source), span }.text())
     }
 }

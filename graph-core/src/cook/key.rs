@@ -15,6 +15,19 @@ const ENGINE: u64 = 2;
 pub(crate) struct Part {
     pub label: String,
     pub digest: Digest,
+    /// What it says, for people: cut where it is long.
+    pub text: String,
+}
+
+/// Letters of a value that are kept to tell people what it was.
+const SHOWN: usize = 60;
+
+/// The beginning of a text.
+pub(crate) fn shown(text: &str) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
+    }
 }
 
 impl Settings {
@@ -22,10 +35,12 @@ impl Settings {
     pub fn of(node: &dyn Node, card: &Card) -> Self {
         let kind = node.typetag_name();
         let version = Hasher::new(kind).number(u64::from(card.version)).number(ENGINE).finish();
-        let mut parts = vec![Part { label: "version".into(), digest: version }];
+        let text = format!("{kind} {}", card.version);
+        let mut parts = vec![Part { label: "version".into(), digest: version, text }];
         let skipped: Vec<&str> = card.reads.into_iter().chain(card.writes).collect();
         for (name, text) in canonical_parameters(node, &skipped) {
-            parts.push(Part { label: format!("parameter `{name}`"), digest: Digest::of(text.as_bytes()) });
+            let digest = Digest::of(text.as_bytes());
+            parts.push(Part { label: format!("parameter `{name}`"), digest, text: shown(&text) });
         }
         let mut hasher = Hasher::new("settings");
         for part in &parts {

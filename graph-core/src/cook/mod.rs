@@ -1,10 +1,10 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
-//! [`Engine`] makes cells from the plan (`cell`, `unfold`), pushes changes to those that depend on them (`push`, `edit`), asks of
+//! [`Engine`] makes cells from the plan (`cell`, `unfold`; `refold` where a list has other items), pushes changes to those that depend on them (`push`, `edit`), asks of
 //! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
 //! holds values in `slot`s, as many as `memory` allows, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
-//! for `why`. [`cook()`] does all of it once, unless the graph is at `rest`.
+//! for `why` (`reason`). [`cook()`] does all of it once, unless the graph is at `rest`.
 
 mod artifact;
 mod blocks;
@@ -21,6 +21,8 @@ mod key;
 mod memory;
 mod publish;
 mod push;
+mod reason;
+mod refold;
 mod rest;
 mod results;
 mod session;
@@ -35,7 +37,7 @@ pub use edit::EditError;
 pub use engine::{CookError, Engine, Options, Tell, cook};
 pub use event::{Event, Summary};
 pub use rest::Rest;
-pub use session::{Cause, CellRecord, Session, session_name};
+pub use session::{Cause, CellRecord, NodeRecord, Session, session_name};
 pub use why::story;
 
 /// Frames in a block of a time-varying value, unless the options say otherwise.

@@ -23,6 +23,21 @@ pub struct Session {
     pub published: BTreeMap<PathBuf, (Signature, Digest)>,
     /// The cells.
     pub cells: BTreeMap<String, CellRecord>,
+    /// The nodes of the graph, by their path.
+    pub nodes: BTreeMap<String, NodeRecord>,
+}
+
+/// What is remembered of a node, to say in words what became of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct NodeRecord {
+    /// Its kind and its version.
+    pub kind: String,
+    /// Parameters whose values are not the kind's defaults, as short texts.
+    pub values: BTreeMap<String, String>,
+    /// What each input is connected to.
+    pub inputs: BTreeMap<String, Vec<String>>,
+    /// The items that gathering inputs show, where they are few.
+    pub items: BTreeMap<String, Vec<String>>,
 }
 
 /// What is remembered of a cell.
@@ -57,7 +72,7 @@ pub(crate) enum Reason {
     Changed(String),
     /// Its input at this position differs, since the producer gave another result; none where only the connection differs.
     Input(usize, Option<CellId>),
-    /// As an earlier process told it.
+    /// As it was told when it was found, or by an earlier process.
     Told(Cause),
 }
 
@@ -117,6 +132,7 @@ impl Engine {
             files: self.shared.files.all(),
             published: self.published.clone(),
             cells,
+            nodes: self.node_records(),
         }
     }
 

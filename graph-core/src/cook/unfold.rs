@@ -1,14 +1,15 @@
 //! Unfolds plan nodes into cells as soon as the items they repeat over are known.
 
 use super::cell::{
-    Cell, Link, Made, Settings, SlotSet, State, cell_name, combinations, file_items, outer_items, wires,
+    Cell, CellId, Link, Made, Settings, SlotSet, State, cell_name, combinations, file_items, outer_items, wires,
 };
 use super::engine::Engine;
 use super::event::Event;
 use super::key::frame_of;
 use crate::document::Spanned;
-use crate::plan::{PlanNode, make};
+use crate::plan::{OriginId, PlanNode, PlanSource, make};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 use wire::Digest;
 
@@ -22,16 +23,14 @@ impl Engine {
                 folded.push(index);
                 continue;
             }
-            if let Some(cause) = self.lost(index) {
-                self.summary.skipped += 1;
-                self.tell(|| Event::Skipped { node: self.plan.nodes[index].path.clone(), because: cause });
-                continue;
-            }
             self.learn_files(index);
-            match combinations(&self.plan, &self.plan.nodes[index].scope, &self.known_items) {
+            match combinations(&self.plan, &self.plan.nodes[index].scope, &self.known_items, &self.lost_lists) {
                 None => folded.push(index),
                 Some(all) => {
-                    for items in all {
+                    for (items, giver) in all.lost {
+                        self.skip(index, &items, giver);
+                    }
+                    for items in all.known {
                         self.make_cell(index, items);
                     }
                 }
@@ -49,15 +48,25 @@ impl Engine {
         sources.into_iter().any(|source| folded.contains(&source.node))
     }
 
-    /// The failed cell that keeps the node's lists from ever being known.
-    fn lost(&self, index: usize) -> Option<String> {
-        let node = &self.plan.nodes[index];
-        let own = node.scope.iter().find_map(|origin| self.lost_lists.get(origin)).cloned();
-        own.or_else(|| {
-            let gathered = node.inputs.iter().flat_map(|input| &input.sources);
-            let scopes = gathered.flat_map(|source| &self.plan.nodes[source.node].scope);
-            scopes.into_iter().find_map(|origin| self.lost_lists.get(origin)).cloned()
-        })
+    /// Tells that a node has no cells for `items`, since the cell that gives a list it repeats over failed.
+    fn skip(&mut self, index: usize, items: &[String], giver: CellId) {
+        let State::Failed(cause) = &self.cells[giver].state else { return };
+        let (node, because) = (cell_name(&self.plan.nodes[index].path, items), cause.clone());
+        self.summary.skipped += 1;
+        self.tell(|| Event::Skipped { node, because });
+    }
+
+    /// The cells that failed to give lists over which the sources of a gathering input repeat.
+    fn lost_givers(&self, index: usize, items: &[String], source: &PlanSource) -> Vec<CellId> {
+        let (own, theirs) = (&self.plan.nodes[index].scope, &self.plan.nodes[source.node].scope);
+        let concerns = |origin: OriginId, outer: &[String]| {
+            let fits = |(at, list): (usize, &OriginId)| {
+                own.iter().position(|mine| mine == list).is_none_or(|depth| items[depth] == outer[at])
+            };
+            theirs.contains(&origin) && self.plan.origins[origin].scope.iter().enumerate().all(fits)
+        };
+        let lost = self.lost_lists.iter().filter(|((origin, outer), _)| concerns(*origin, outer));
+        lost.map(|(_, giver)| *giver).collect()
     }
 
     /// Finds the files of a node that repeats over them.
@@ -68,8 +77,8 @@ impl Engine {
             return;
         }
         let outer = &node.scope[..node.scope.len() - 1];
-        let Some(all) = combinations(&self.plan, outer, &self.known_items) else { return };
-        for items in all {
+        let Some(all) = combinations(&self.plan, outer, &self.known_items, &self.lost_lists) else { return };
+        for items in all.known {
             let key = (origin, outer_items(&self.plan, origin, outer, &items));
             let pattern = match self.remade(node, &items) {
                 Ok(Some(made)) => made.reads,
@@ -162,10 +171,14 @@ impl Engine {
             let file = self.known_items.get(&(*origin, outer)).and_then(|files| files.get(&cell.items[depth]));
             cell.file = file.cloned().flatten();
         }
+        let mut producers = Vec::new();
         for input in &node.inputs {
             let mut link = Link { port: input.port, wires: Vec::new() };
             let gathers = input.port.list.then_some(input.sources.len() > 1);
             for source in &input.sources {
+                if gathers.is_some() && !self.lost_lists.is_empty() {
+                    producers.extend(self.lost_givers(index, &cell.items, source));
+                }
                 match wires(&self.plan, &self.directory, (index, &cell.items), source, gathers) {
                     Ok(found) => link.wires.extend(found),
                     Err(problem) => cell.broken = Some(format!("input `{}`: {problem}", input.port.name)),
@@ -177,7 +190,7 @@ impl Engine {
         }
         cell.frame = frame_of(&cell.settings, cell.file.is_some(), &cell.links);
         let id = self.cells.len();
-        let mut producers: Vec<_> = cell.links.iter().flat_map(|link| &link.wires).map(|wire| wire.cell).collect();
+        producers.extend(cell.links.iter().flat_map(|link| &link.wires).map(|wire| wire.cell));
         producers.sort_unstable();
         producers.dedup();
         for producer in &producers {
@@ -197,36 +210,44 @@ impl Engine {
     }
 
     /// Takes the items of a finished cell's list outputs, where nodes repeat over them.
-    pub(super) fn learn_items(&mut self, id: usize) {
+    pub(super) fn learn_items(&mut self, id: CellId) {
         let cell = &self.cells[id];
         let Some(origins) = self.list_origins.get(&cell.plan) else { return };
         let mut learned = false;
         for origin in origins {
             let Some(port) = &self.plan.origins[*origin].port else { continue };
             let key = (*origin, cell.items.clone());
-            match &cell.state {
+            let names: BTreeMap<String, Option<PathBuf>> = match &cell.state {
                 State::Done(_) => {
                     let Some((_, SlotSet::List(items))) = cell.outputs().find(|(name, _)| name == port) else {
                         continue;
                     };
-                    let names = items.keys().map(|name| (name.clone(), None)).collect();
-                    self.known_items.insert(key, names);
+                    items.keys().map(|name| (name.clone(), None)).collect()
                 }
-                State::Failed(cause) => {
-                    self.lost_lists.insert(*origin, cause.clone());
+                // Cells of known items are there; they are skipped one by one.
+                State::Failed(_) if self.known_items.contains_key(&key) => continue,
+                State::Failed(_) => {
+                    learned |= self.lost_lists.insert(key, id).is_none();
+                    continue;
                 }
                 State::Unknown => {
                     // A plan goes on with the items that the last cook saw.
                     let record = cell.before.as_ref().and_then(|before| before.action.outputs.get(port));
                     let names = record.iter().flat_map(|record| record.values());
-                    let names = names.map(|(name, _)| (name.to_owned(), None)).collect();
-                    self.known_items.insert(key, names);
+                    names.map(|(name, _)| (name.to_owned(), None)).collect()
                 }
                 State::Waiting => continue,
+            };
+            match self.known_items.get(&key) {
+                Some(known) if *known == names => continue,
+                // Cells stand, or are left out, for what the list held before.
+                Some(_) => self.items_changed = true,
+                None => self.items_changed |= self.lost_lists.remove(&key).is_some(),
             }
+            self.known_items.insert(key, names);
             learned = true;
         }
-        if learned {
+        if learned && !self.items_changed {
             self.unfold();
         }
     }

@@ -26,6 +26,6 @@ pub use nearest::did_you_mean;
 pub use read::read;
 pub use render::{render, to_json};
 pub use scope::{
-    Environment, GivenParam, NodeParameters, Override, Resolved, Scope, Written, apply_overrides, node_parameters,
-    resolve, resolve_name,
+    Environment, GivenParam, NodeParameters, Override, Resolved, Scope, ValuePlace, Written, apply_overrides,
+    node_parameters, resolve, resolve_name,
 };

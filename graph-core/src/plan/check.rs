@@ -49,7 +49,8 @@ pub(crate) fn make(
         let path = given.parameters.get(parameter).and_then(path_of);
         if path.is_none() {
             let message = format!("`{name}` needs its parameter `{parameter}`: the path of a file");
-            mistakes.push(Diagnostic::at("missing-parameter", &graph.source, entry.name_span, message));
+            let mistake = Diagnostic::at("missing-parameter", &graph.source, entry.name_span, message);
+            mistakes.push(mistake.help(format!("add it: with: ({parameter}: \"…\")")));
         }
         path
     };
@@ -62,6 +63,13 @@ pub(crate) fn make(
     (Some(made), Vec::new())
 }
 
+/// A node of a kind with its defaults, in place of one whose parameters have mistakes.
+pub(super) fn stand_in(kind: &str) -> Option<Made> {
+    let node: Arc<dyn Node> = crate::node::kind(kind)?.default_node().into();
+    let card = Arc::new(node.card());
+    Some(Made { node, card, reads: None, writes: None, mentions_item: false })
+}
+
 fn path_of(given: &GivenParam<'_>) -> Option<PathBuf> {
     match &given.value {
         Resolved::Text { text, .. } if !text.is_empty() => given.value.path(),
@@ -69,8 +77,21 @@ fn path_of(given: &GivenParam<'_>) -> Option<PathBuf> {
     }
 }
 
+/// Checks the types of all connections.
+pub(super) fn types(loader: &mut Loader, wires: &Wires) {
+    for node in 0..loader.nodes.len() {
+        check_types(loader, wires, node);
+    }
+}
+
 /// The plan, in the order of `scoped`; mistakes are reported and give `None`.
 pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Option<Plan> {
+    for node in &scoped.order {
+        check_files(loader, *node, &scoped.scope[*node]);
+    }
+    if !loader.diagnostics.is_empty() {
+        return None;
+    }
     let mut position = vec![0; scoped.order.len()];
     for (place, node) in scoped.order.iter().enumerate() {
         position[*node] = place;
@@ -78,8 +99,6 @@ pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Op
     let mut nodes = Vec::with_capacity(scoped.order.len());
     let mut graph = DiGraph::with_capacity(scoped.order.len(), scoped.order.len() * 2);
     for raw in &scoped.order {
-        check_types(loader, wires, *raw);
-        check_files(loader, *raw, &scoped.scope[*raw]);
         let place = position[*raw];
         graph.add_node(place);
         let inputs: Vec<_> = wires.inputs[*raw]
@@ -109,13 +128,7 @@ pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Op
         });
     }
     let origins = scoped.origins.into_iter().map(|origin| Origin { node: position[origin.node], ..origin }).collect();
-    loader.diagnostics.is_empty().then_some(Plan {
-        sources: Vec::new(),
-        environment: Arc::default(),
-        nodes,
-        origins,
-        wires: graph,
-    })
+    Some(Plan { sources: Vec::new(), environment: Arc::default(), nodes, origins, wires: graph })
 }
 
 fn moved(source: &RawSource, position: &[usize]) -> PlanSource {
@@ -144,7 +157,7 @@ fn check_types(loader: &mut Loader, wires: &Wires, node: usize) {
                 );
                 let place = &input.place;
                 let mistake = Diagnostic::at("type-mismatch", &place.source, place.span, message);
-                mistakes.push(mistake.label(given.meaning).may_help(conversion(card, given, &input.port)));
+                mistakes.push(mistake.label(given.meaning).may_help(conversion(card, given, input.port.kind.name)));
             }
         }
     }
@@ -155,23 +168,25 @@ fn check_types(loader: &mut Loader, wires: &Wires, node: usize) {
 }
 
 /// What would make the connection right: another output of the same node, or a node that converts.
-fn conversion(card: &Card, given: &PortFacts, wanted: &PortFacts) -> Option<String> {
-    if let Some(other) = card.outputs.iter().find(|other| other.kind.name == wanted.kind.name) {
-        return Some(format!("the same node gives {} on its output `{}`", wanted.kind.name, other.name));
+pub(super) fn conversion(card: &Card, given: &PortFacts, wanted: &str) -> Option<String> {
+    if let Some(other) = card.outputs.iter().find(|other| other.kind.name == wanted) {
+        return Some(format!("the same node gives {wanted} on its output `{}`", other.name));
     }
     let converters: Vec<_> = kinds()
         .filter(|(_, kind)| {
             let card = kind.card();
             let takes = card.inputs.iter().any(|port| !port.optional && port.kind.name == given.kind.name);
-            takes && card.outputs.iter().any(|port| port.kind.name == wanted.kind.name)
+            // What needs such a value already makes none from the other.
+            let needs = card.inputs.iter().any(|port| !port.optional && port.kind.name == wanted);
+            takes && !needs && card.outputs.iter().any(|port| port.kind.name == wanted)
         })
         .map(|(name, kind)| (kind.card().inputs.iter().filter(|port| !port.optional).count(), name))
         .collect();
     let fewest = converters.iter().map(|(inputs, _)| *inputs).min()?;
     let names: Vec<_> =
         converters.iter().filter(|(inputs, _)| *inputs == fewest).map(|(_, name)| format!("`{name}`")).collect();
-    let (from, to) = (given.kind.name, wanted.kind.name);
-    Some(format!("a node of kind {} between them makes {to} from {from}", names.join(" or ")))
+    let from = given.kind.name;
+    Some(format!("a node of kind {} between them makes {wanted} from {from}", names.join(" or ")))
 }
 
 fn check_files(loader: &mut Loader, node: usize, scope: &[usize]) {

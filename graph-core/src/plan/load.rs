@@ -44,6 +44,9 @@ pub(super) struct RawNode {
     pub kind: Spanned<String>,
     pub template: Template,
     pub made: check::Made,
+    /// Whether it was made from what the graph says. Where that has mistakes, a node with defaults stands in its place, so
+    /// that its connections are checked all the same.
+    pub sound: bool,
 }
 
 /// Everything read so far.
@@ -53,6 +56,8 @@ pub(super) struct Loader {
     pub diagnostics: Vec<Diagnostic>,
     /// Inputs of nested graphs whose connection has another type than they declare.
     pub mistyped: BTreeSet<(usize, String)>,
+    /// Whether a mistake was met since this was last lowered, reported now or before.
+    pub troubled: bool,
     /// Texts that are being resolved, by instance: one that comes up again leads in a circle.
     pub resolving: Vec<(usize, String)>,
     files: BTreeMap<PathBuf, Option<Arc<Graph>>>,
@@ -63,8 +68,12 @@ pub(super) struct Loader {
 impl Loader {
     /// Reports a mistake in the file of `instance`.
     pub fn report(&mut self, instance: usize, mut diagnostic: Diagnostic) {
+        self.troubled = true;
         diagnostic.through.clone_from(&self.instances[instance].through);
-        if !self.diagnostics.contains(&diagnostic) {
+        // A mistake in a file that is nested several times is told once.
+        let same =
+            |known: &Diagnostic| Diagnostic { through: diagnostic.through.clone(), ..known.clone() } == diagnostic;
+        if !self.diagnostics.iter().any(|known| known.code == diagnostic.code && same(known)) {
             self.diagnostics.push(diagnostic);
         }
     }
@@ -107,6 +116,7 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
         nodes: Vec::new(),
         diagnostics: Vec::new(),
         mistyped: BTreeSet::new(),
+        troubled: false,
         resolving: Vec::new(),
         files: BTreeMap::new(),
         sources: Vec::new(),
@@ -139,8 +149,9 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
     }
     unused_overrides(&mut loader);
     let wired = resolve::wires(&mut loader);
+    check::types(&mut loader, &wired);
     let scoped = scope::order_and_scope(&mut loader, &wired);
-    let plan = scoped.and_then(|scoped| check::assemble(&mut loader, &wired, scoped));
+    let plan = check::assemble(&mut loader, &wired, scoped);
     match plan {
         Some(mut plan) if loader.diagnostics.is_empty() => {
             (plan.sources, plan.environment) = (loader.sources, environment);
@@ -167,12 +178,13 @@ fn open(loader: &mut Loader, index: usize) {
                 for mistake in mistakes {
                     loader.report(index, mistake);
                 }
-                match made {
+                let sound = made.is_some();
+                match made.or_else(|| check::stand_in(&kind.value)) {
                     None => Member::Broken,
                     Some(made) => {
                         let mentions_item = made.mentions_item;
                         let template = Template { graph: Arc::clone(&graph), name: name.clone(), scope, mentions_item };
-                        loader.nodes.push(RawNode { instance: index, kind: kind.clone(), template, made });
+                        loader.nodes.push(RawNode { instance: index, kind: kind.clone(), template, made, sound });
                         Member::Node(loader.nodes.len() - 1)
                     }
                 }
@@ -201,7 +213,8 @@ fn nest(loader: &mut Loader, index: usize, name: &str, entry: &Entry, file: &Spa
     if cycle || through.len() > DEEPEST {
         let chain: Vec<_> = through.iter().map(|place| place.source.path.display().to_string()).collect();
         let message = format!("the graph nests itself: {} → {}", chain.join(" → "), path.display());
-        loader.report(index, Diagnostic::at("nesting-cycle", &source, file.span, message));
+        let mistake = Diagnostic::at("nesting-cycle", &source, file.span, message);
+        loader.report(index, mistake.help("take this node out, or nest another graph"));
         return Member::Broken;
     }
     let graph = match loader.graph(&path, &through) {

@@ -1,6 +1,6 @@
 //! The plan as data.
 
-use crate::document::{Diagnostic, Entry, Environment, Graph, Place, Scope, Source};
+use crate::document::{Diagnostic, Entry, Environment, Graph, Place, Scope, Source, ValuePlace};
 use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts};
 use petgraph::graph::DiGraph;
@@ -78,6 +78,12 @@ impl Template {
     /// The node's entry in its file.
     pub fn entry(&self) -> &Entry {
         &self.graph.nodes[&self.name]
+    }
+
+    /// Where the value of a parameter comes from; `None` where the graph does not give it.
+    pub fn parameter_place(&self, parameter: &str) -> Option<ValuePlace> {
+        let given = self.entry().with.get(parameter)?;
+        Some(self.scope.place_of(&given.value, &self.graph.source))
     }
 }
 

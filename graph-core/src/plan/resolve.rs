@@ -35,6 +35,7 @@ pub(super) struct RawInput {
 /// Resolves every connection; what cannot be resolved is reported.
 pub(super) fn wires(loader: &mut Loader) -> Wires {
     check_nested_inputs(loader);
+    check_unmade(loader);
     let each = (0..loader.instances.len()).map(|instance| instance_each(loader, instance)).collect();
     let mut inputs = Vec::new();
     let mut node_each = Vec::new();
@@ -45,6 +46,19 @@ pub(super) fn wires(loader: &mut Loader) -> Wires {
         inputs.push(node_inputs(loader, node));
     }
     Wires { inputs, each, node_each }
+}
+
+/// Connections of what could not be made: at least the nodes that they name must be there.
+fn check_unmade(loader: &mut Loader) {
+    for instance in 0..loader.instances.len() {
+        let graph = Arc::clone(&loader.instances[instance].graph);
+        for (name, entry) in &graph.nodes {
+            if matches!(loader.instances[instance].members.get(name), Some(Member::Broken)) {
+                let named = entry.inputs.values().flat_map(|input| &input.sources).chain(&entry.for_each);
+                named.for_each(|text| drop(reference(loader, instance, text)));
+            }
+        }
+    }
 }
 
 fn node_inputs(loader: &mut Loader, node: usize) -> Vec<RawInput> {
@@ -83,12 +97,14 @@ fn node_inputs(loader: &mut Loader, node: usize) -> Vec<RawInput> {
         };
         if input.sources.len() > 1 && !port.list {
             let message = format!("input `{}` takes one {}, not several", port.name, port.kind.name);
-            loader.report(instance, Diagnostic::at("not-a-list", &graph.source, input.sources[1].span, message));
+            let mistake = Diagnostic::at("not-a-list", &graph.source, input.sources[1].span, message);
+            loader.report(instance, mistake.help("leave one; a node for each of them makes a result for each"));
             continue;
         }
+        loader.troubled = false;
         let sources = input.sources.iter().flat_map(|text| reference(loader, instance, text)).collect::<Vec<_>>();
         let span = input.sources.first().map_or(input.name_span, |text| text.span);
-        let open_through_nesting = sources.is_empty() && !port.optional && loader.diagnostics.is_empty();
+        let open_through_nesting = sources.is_empty() && !port.optional && !loader.troubled;
         if open_through_nesting {
             let message = format!("`{name}` needs its input `{}`, which the nesting graph leaves open", port.name);
             loader.report(instance, Diagnostic::at("missing-input", &graph.source, span, message));
@@ -124,7 +140,10 @@ fn follow(loader: &mut Loader, instance: usize, text: &Spanned<String>) -> Vec<R
     match members.get(name).copied() {
         Some(Member::Node(node)) => output(loader, instance, node, name, port, text.span),
         Some(Member::Nested(nested)) => nested_output(loader, instance, nested, port, text),
-        Some(Member::Broken) => Vec::new(),
+        Some(Member::Broken) => {
+            loader.troubled = true;
+            Vec::new()
+        }
         None if graph.inputs.contains_key(name) => {
             if let Some(port) = port {
                 let message = format!("`{name}` is an input of this graph and has no port `{port}`");
@@ -204,6 +223,7 @@ fn nested_output(
 /// What the nesting graph connects to the input `name` of `instance`.
 fn graph_input(loader: &mut Loader, instance: usize, name: &str) -> Vec<RawSource> {
     if loader.mistyped.contains(&(instance, name.to_owned())) {
+        loader.troubled = true;
         return Vec::new();
     }
     let Some((parent, node)) = loader.instances[instance].parent.clone() else { return Vec::new() };
@@ -213,7 +233,11 @@ fn graph_input(loader: &mut Loader, instance: usize, name: &str) -> Vec<RawSourc
     }
     match &entry.for_each {
         Some(list) if item_input(loader, instance).as_deref() == Some(name) => reference(loader, parent, list),
-        _ => Vec::new(),
+        _ => {
+            // One that must be connected is told where the graph is nested.
+            loader.troubled |= loader.instances[instance].graph.inputs.get(name).is_some_and(|input| !input.optional);
+            Vec::new()
+        }
     }
 }
 
@@ -312,7 +336,9 @@ fn check_nested_type(loader: &mut Loader, (parent, instance): (usize, usize), na
         source.label,
         type_text(port.kind.name, port.list),
     );
-    let mistake = Diagnostic::at("type-mismatch", &outer.source, span, message).label(port.meaning);
+    let card = Arc::clone(&loader.nodes[source.node].made.card);
+    let help = super::check::conversion(&card, &port, &declared.type_name);
+    let mistake = Diagnostic::at("type-mismatch", &outer.source, span, message).label(port.meaning).may_help(help);
     loader.mistyped.insert((instance, name.to_owned()));
     loader.report(parent, mistake);
 }

@@ -8,14 +8,16 @@ use super::model::{Origin, OriginId};
 use super::resolve::{RawSource, Wires};
 use crate::document::Diagnostic;
 use crate::files::Pattern;
-use petgraph::algo::{tarjan_scc, toposort};
+use petgraph::Direction;
+use petgraph::algo::{kosaraju_scc, toposort};
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The order of the nodes, and the lists they repeat over.
 pub(super) struct Scoped {
-    /// Raw node indices, each after those it needs.
+    /// Raw node indices, each after those it needs. Nodes that stand in a circle or have mistakes, and those behind them, are
+    /// left out, since what they repeat over is not known.
     pub order: Vec<usize>,
     /// Per raw node: the lists it repeats over, outermost first. Nodes of origins are raw indices.
     pub scope: Vec<Vec<OriginId>>,
@@ -23,20 +25,25 @@ pub(super) struct Scoped {
     pub origins: Vec<Origin>,
 }
 
-/// Orders and scopes all nodes; `None` where a cycle or a missing list makes that impossible (and was reported).
-pub(super) fn order_and_scope(loader: &mut Loader, wires: &Wires) -> Option<Scoped> {
-    let order = order(loader, wires)?;
+/// Orders and scopes all nodes of which that can be told; circles and missing lists are reported.
+pub(super) fn order_and_scope(loader: &mut Loader, wires: &Wires) -> Scoped {
+    let order = order(loader, wires);
     let lists = wires.each.iter().chain(&wires.node_each).flatten();
     let iterated = lists.filter(|list| !list.list).map(|list| list.node).collect();
     let scope = vec![Vec::new(); loader.nodes.len()];
-    let mut work = Work { wires, iterated, origins: Vec::new(), scope, sound: true };
+    let mut work = Work { wires, iterated, origins: Vec::new(), scope };
     for node in &order {
         work.scope_of(loader, *node);
     }
-    work.sound.then_some(Scoped { order, scope: work.scope, origins: work.origins })
+    let mut known = vec![false; loader.nodes.len()];
+    for node in &order {
+        known[*node] = true;
+    }
+    work.check_lists(loader, &known);
+    Scoped { order, scope: work.scope, origins: work.origins }
 }
 
-fn order(loader: &mut Loader, wires: &Wires) -> Option<Vec<usize>> {
+fn order(loader: &mut Loader, wires: &Wires) -> Vec<usize> {
     let mut graph = DiGraph::<usize, ()>::with_capacity(loader.nodes.len(), loader.nodes.len() * 2);
     for node in 0..loader.nodes.len() {
         graph.add_node(node);
@@ -48,16 +55,29 @@ fn order(loader: &mut Loader, wires: &Wires) -> Option<Vec<usize>> {
             graph.add_edge(NodeIndex::new(source.node), NodeIndex::new(node), ());
         }
     }
-    if let Ok(order) = toposort(&graph, None) {
-        return Some(order.into_iter().map(|index| graph[index]).collect());
+    if let (Ok(order), true) = (toposort(&graph, None), loader.nodes.iter().all(|node| node.sound)) {
+        return order.into_iter().map(|index| graph[index]).collect();
     }
-    for component in tarjan_scc(&graph) {
+    let mut doubtful: Vec<bool> = loader.nodes.iter().map(|node| !node.sound).collect();
+    let mut order = Vec::new();
+    // Components come with those that need them before them.
+    for component in kosaraju_scc(&graph).into_iter().rev() {
         let first = component[0];
         if component.len() > 1 || graph.contains_edge(first, first) {
             report_cycle(loader, &graph, &component);
+            for node in component {
+                doubtful[node.index()] = true;
+            }
+            continue;
+        }
+        if graph.neighbors_directed(first, Direction::Incoming).any(|needed| doubtful[needed.index()]) {
+            doubtful[first.index()] = true;
+        }
+        if !doubtful[first.index()] {
+            order.push(graph[first]);
         }
     }
-    None
+    order
 }
 
 /// The lists of every `for_each` that a node stands in, innermost last.
@@ -104,7 +124,6 @@ struct Work<'a> {
     iterated: BTreeSet<usize>,
     origins: Vec<Origin>,
     scope: Vec<Vec<OriginId>>,
-    sound: bool,
 }
 
 impl Work<'_> {
@@ -130,7 +149,8 @@ impl Work<'_> {
         for list in each_of(loader, self.wires, node) {
             let reach = self.reach(list);
             if reach.is_empty() {
-                self.no_list(loader, node, list);
+                let name = loader.nodes[node].template.name.clone();
+                Self::no_list(loader, loader.nodes[node].instance, &name, list);
             }
             merge(&mut path, &reach);
         }
@@ -154,11 +174,10 @@ impl Work<'_> {
         self.iterated.contains(&node) && self.wires.inputs[node].is_empty()
     }
 
-    fn no_list(&mut self, loader: &mut Loader, node: usize, list: &RawSource) {
-        self.sound = false;
-        let mut instance = loader.nodes[node].instance;
+    /// Reports that what the node `name` of `instance` stands in, or is itself, repeats over no list.
+    fn no_list(loader: &mut Loader, mut instance: usize, name: &str, list: &RawSource) {
         // The mistake stands at the `for_each`: the node's own, or that of a graph around it.
-        let mut entry = loader.entry(node).clone();
+        let mut entry = loader.instances[instance].graph.nodes[name].clone();
         while entry.for_each.is_none() {
             let Some((parent, name)) = loader.instances[instance].parent.clone() else { return };
             entry = loader.instances[parent].graph.nodes[&name].clone();
@@ -169,6 +188,18 @@ impl Work<'_> {
         let message = format!("`for_each` needs a list, and `{}.{}` is a single value", list.label, list.port);
         let mistake = Diagnostic::at("not-a-list", &source, for_each.span, message);
         loader.report(instance, mistake.help("name a node that loads a pattern of files or gives a list"));
+    }
+
+    /// Holds the list of every nested graph against what is known of its giver, also where no node within is sound.
+    fn check_lists(&mut self, loader: &mut Loader, known: &[bool]) {
+        for (instance, list) in self.wires.each.iter().enumerate() {
+            let Some(list) = list.as_ref().filter(|list| known[list.node]) else { continue };
+            if let (true, Some((parent, name))) =
+                (self.reach(list).is_empty(), loader.instances[instance].parent.clone())
+            {
+                Self::no_list(loader, parent, &name, list);
+            }
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Cooks small projects, and asserts by the events which cells and blocks ran.
 
 use crate::world::Project;
-use graph_core::cook::{Engine, Event, Options, Session, story};
+use graph_core::cook::{Engine, Event, Options, Session};
 use graph_core::plan::load;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ const SOLVE: &str = r#"(
     },
 )"#;
 
-fn takes() -> Project {
+pub fn takes() -> Project {
     let project = Project::new(TAKES);
     project.write("solve.ron", SOLVE);
     project.series("takes/a.txt", 100, |t| t as f64);
@@ -212,71 +212,30 @@ fn a_copied_project_recooks_nothing() {
 }
 
 #[test]
-fn why_follows_a_change_to_its_first_cause() {
-    let project = takes();
-    project.cook();
-    project.series("takes/a.txt", 100, |t| t as f64 + 0.5);
-    project.cook();
-    let session = Session::load(&project.store(), &project.path("graph.ron"));
-    let told = story(&session, "save@a").unwrap();
-    let lines: Vec<&str> = told.lines().map(str::trim).collect();
-    assert_eq!(lines[0], "save@a was cooked in the last run: its input `series` changed");
-    assert_eq!(lines[1], "← solve/blur@a was cooked: its input `series` changed");
-    assert_eq!(lines[2], "← solve/scale@a was cooked: its input `series` changed");
-    assert!(
-        lines[3].starts_with("← takes@a was cooked: its file changed (") && lines[3].ends_with("takes/a.txt)"),
-        "{told}"
+fn a_list_that_fails_for_one_item_fails_alone() {
+    let project = Project::new(
+        r#"(grimace: 1, nodes: {
+            "takes": (kind: "read", with: (path: "takes/*.txt")),
+            "split": (kind: "split", in: {"series": "takes"}),
+            "scale": (kind: "scale", in: {"series": "split"}),
+            "total": (kind: "sum", in: {"series": "scale"}),
+        })"#,
     );
-    assert!(story(&session, "save@b").unwrap().contains("was not cooked in the last run"));
-}
-
-#[test]
-fn a_dry_run_names_the_cause_and_cooks_nothing() {
-    let mut project = takes();
-    project.cook();
-    project.options.dry = true;
-    let cooked = project.cook_with(&["by=9.0"]);
-    let told: Vec<_> = cooked
+    project.series("takes/a.txt", 20, |t| t as f64);
+    project.write("takes/b.txt", "bad");
+    let cooked = project.cook();
+    assert_eq!(cooked.names(), ["scale@a/run0", "scale@a/run1", "split@a", "takes@a"]);
+    let skipped: Vec<&str> = cooked
         .events
         .iter()
         .filter_map(|event| match event {
-            Event::WouldCook { node, because, sure, .. } => Some((node.as_str(), because.as_str(), *sure)),
+            Event::Skipped { node, because } if because == "takes@b" => Some(node.as_str()),
             _ => None,
         })
         .collect();
-    assert!(told.iter().any(|(node, because, sure)| *node == "solve/scale@a"
-        && because.contains("parameter `by` changed (")
-        && *sure));
-    assert!(
-        told.iter()
-            .any(|(node, because, sure)| *node == "total" && because.contains("may give another result") && !sure)
-    );
-    project.options.dry = false;
-    assert_eq!(project.cook().summary.cooked, 0, "planning changed nothing");
-}
-
-#[test]
-fn a_dry_run_of_what_was_never_cooked_says_so_and_makes_no_store() {
-    let mut project = takes();
-    project.options.dry = true;
-    let cooked = project.cook();
-    let new = |event: &&Event| matches!(event, Event::WouldCook { because, sure: true, .. } if because.starts_with("it is new ("));
-    assert_eq!(cooked.events.iter().filter(new).count(), 9, "{:#?}", cooked.events);
-    assert!(!project.path("store").exists());
-}
-
-#[test]
-fn a_dry_run_names_a_cells_own_change_before_what_its_inputs_may_bring() {
-    let mut project = takes();
-    project.cook();
-    project.series("takes/a.txt", 100, |t| t as f64 + 1.0);
-    project.options.dry = true;
-    let cooked = project.cook_with(&["by=9.0"]);
-    let scale = cooked.events.iter().find_map(|event| match event {
-        Event::WouldCook { node, because, sure, .. } if node == "solve/scale@a" => Some((because.as_str(), *sure)),
-        _ => None,
-    });
-    assert!(scale.is_some_and(|(because, sure)| sure && because.contains("parameter `by` changed")), "{scale:?}");
+    assert_eq!(skipped, ["split@b", "scale@b", "total"]);
+    project.series("takes/b.txt", 10, |t| t as f64 + 0.5);
+    assert_eq!(project.cook().names(), ["scale@b/run0", "split@b", "takes@b", "total"]);
 }
 
 #[test]

@@ -3,6 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
 
 mod cook;
+mod model;
 mod nesting;
+mod oracle;
+mod random;
+mod rendered;
 mod rest;
+mod told;
 mod world;

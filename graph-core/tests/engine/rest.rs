@@ -49,7 +49,7 @@ const EDITS: [(&str, Edit); 9] = [
     ("the graph", |project| project.write("graph.ron", &GRAPH.replace("3.0", "4.0"))),
     ("a nested graph", |project| project.write("solve.ron", &SOLVE.replace("take\"})", "take\" })"))),
     ("a take, its size as before", |project| {
-        project.series("takes/a.txt", 40, |t| if t == 3 { 4.0 } else { t as f64 })
+        project.series("takes/a.txt", 40, |t| if t == 3 { 4.0 } else { t as f64 });
     }),
     ("one more take", |project| project.series("takes/c.txt", 5, |t| t as f64)),
     ("a vanished take", |project| fs::remove_file(project.path("takes/b.txt")).unwrap()),

@@ -8,6 +8,7 @@ use graph_core::register;
 use graph_core::store::Store;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -195,6 +196,37 @@ kind!(
 );
 
 kind!(
+    /// Averages all series that it gathers, frame by frame.
+    Mean, "mean", {},
+    |_| Card::new("work").gathers(&SERIES).gives(&SERIES).per_frame(0),
+    |_, _, inputs| {
+        let items = inputs.items(&SERIES)?;
+        let axis = items[0].1.axis;
+        let sum = |t: usize| items.iter().map(|(_, series)| series.values[t]).sum::<f64>();
+        let values = (0..axis.count).map(|t| sum(t) / items.len() as f64).collect();
+        Ok(Outputs::default().with(&SERIES, Series { axis, values }))
+    }
+);
+
+/// The versions that kinds of the test have reached, by `slot`; 1 where none is set.
+pub static VERSIONS: Mutex<BTreeMap<u32, u32>> = Mutex::new(BTreeMap::new());
+
+fn version_of(slot: u32) -> u32 {
+    VERSIONS.lock().unwrap().get(&slot).copied().unwrap_or(1)
+}
+
+kind!(
+    /// Adds half of its version, rounded down: versions 2 and 3 give the same.
+    Versioned, "versioned", { slot: u32 = 0 },
+    |node| Card::new("work").takes(&SERIES).gives(&SERIES).per_frame(0).version(version_of(node.slot)),
+    |node, _, inputs| {
+        let (series, more) = (inputs.get(&SERIES)?, f64::from(version_of(node.slot) / 2));
+        let values = series.values.iter().map(|value| value + more).collect();
+        Ok(Outputs::default().with(&SERIES, Series { axis: series.axis, values }))
+    }
+);
+
+kind!(
     /// Writes numbers, one a line.
     Write, "write", { path: String = String::new() },
     |_| Card::new("save").takes(&SERIES).writes("path"),
@@ -208,6 +240,12 @@ kind!(
 fn lines(numbers: impl Iterator<Item = f64>) -> String {
     let lines: Vec<String> = numbers.map(|number| number.to_string()).collect();
     lines.join("\n") + "\n"
+}
+
+/// A folder that vanishes, in memory where the system has such: what is tested here is the engine, not the disk.
+fn memory_folder() -> tempfile::TempDir {
+    let memory = Path::new("/dev/shm");
+    if memory.is_dir() { tempfile::tempdir_in(memory).unwrap() } else { tempfile::tempdir().unwrap() }
 }
 
 /// A folder with a graph, its files and its store.
@@ -245,10 +283,8 @@ impl Cooked {
 
 impl Project {
     pub fn new(graph: &str) -> Self {
-        let project = Self {
-            folder: tempfile::tempdir().unwrap(),
-            options: Options { jobs: 2, keep_cheap: true, ..Options::default() },
-        };
+        let project =
+            Self { folder: memory_folder(), options: Options { jobs: 2, keep_cheap: true, ..Options::default() } };
         project.write("graph.ron", graph);
         project
     }

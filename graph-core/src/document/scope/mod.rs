@@ -17,7 +17,7 @@ pub use resolved::Resolved;
 pub use substitute::{resolve, resolve_name};
 
 use super::nearest::nearest_or_all;
-use super::{Diagnostic, Entry, Graph, Source, Span};
+use super::{Diagnostic, Entry, Graph, Literal, Place, Source, Span, Spanned};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -31,31 +31,52 @@ pub struct Scope {
     /// Values by parameter; `None` for a parameter whose own mistakes have been reported.
     values: BTreeMap<String, Option<Resolved>>,
     environment: Arc<Environment>,
+    /// Where each value was written.
+    places: BTreeMap<String, ValuePlace>,
+}
+
+/// Where a parameter's value was written.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ValuePlace {
+    /// On the command line, as `name=value`.
+    CommandLine(String),
+    /// In a graph file.
+    File(Place),
+}
+
+impl ValuePlace {
+    /// `file:line:col`, or the option of the command line.
+    pub fn text(&self) -> String {
+        match self {
+            Self::CommandLine(text) => format!("--set {text}"),
+            Self::File(place) => place.text(),
+        }
+    }
+}
+
+/// What parameters are given from outside, and where that was written.
+#[derive(Debug, Default)]
+struct Given {
+    values: BTreeMap<String, Option<Resolved>>,
+    places: BTreeMap<String, ValuePlace>,
 }
 
 impl Scope {
     /// The scope of texts on the command line: no parameters, and paths relative to the working folder.
     fn command_line(environment: &Arc<Environment>) -> Self {
-        Self { source: None, values: BTreeMap::new(), environment: Arc::clone(environment) }
+        Self { source: None, values: BTreeMap::new(), environment: Arc::clone(environment), places: BTreeMap::new() }
     }
 
     /// The scope of a file without parameters.
     pub(in crate::document) fn file(source: &Arc<Source>) -> Self {
-        Self {
-            source: Some(Arc::clone(source)),
-            values: BTreeMap::new(),
-            environment: Arc::new(Environment::of_process()),
-        }
+        let (values, places) = (BTreeMap::new(), BTreeMap::new());
+        Self { source: Some(Arc::clone(source)), values, environment: Arc::new(Environment::of_process()), places }
     }
 
     /// The scope of `graph` with the values `given` from outside in place of the defaults.
-    fn open(
-        graph: &Graph,
-        given: BTreeMap<String, Option<Resolved>>,
-        environment: &Arc<Environment>,
-    ) -> (Self, Vec<Diagnostic>) {
-        let mut scope =
-            Self { source: Some(Arc::clone(&graph.source)), values: given, environment: Arc::clone(environment) };
+    fn open(graph: &Graph, Given { values, places }: Given, environment: &Arc<Environment>) -> (Self, Vec<Diagnostic>) {
+        let (source, environment) = (Some(Arc::clone(&graph.source)), Arc::clone(environment));
+        let mut scope = Self { source, values, environment, places };
         let mut mistakes = Vec::new();
         let mut waiting: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
         for (name, default) in graph.params.iter().filter(|(name, _)| !scope.values.contains_key(*name)) {
@@ -74,8 +95,10 @@ impl Scope {
             }
             for name in ready {
                 waiting.remove(name);
-                let value = resolve(&graph.params[name], &scope).map_err(|more| mistakes.extend(more)).ok();
+                let default = &graph.params[name];
+                let value = resolve(default, &scope).map_err(|more| mistakes.extend(more)).ok();
                 scope.values.insert(name.to_owned(), value);
+                scope.places.insert(name.to_owned(), scope.place_of(default, &graph.source));
             }
         }
         (scope, mistakes)
@@ -110,7 +133,7 @@ impl Scope {
         path: &str,
     ) -> (Self, Vec<Diagnostic>) {
         let mut mistakes = Vec::new();
-        let mut given = BTreeMap::new();
+        let mut given = Given::default();
         for (name, param) in &entry.with {
             if !graph.params.contains_key(name) {
                 let help = nearest_or_all("parameters", name, graph.params.keys().map(String::as_str));
@@ -119,12 +142,22 @@ impl Scope {
                 continue;
             }
             let value = resolve(&param.value, outer).map_err(|more| mistakes.extend(more)).ok();
-            given.insert(name.clone(), value);
+            given.values.insert(name.clone(), value);
+            given.places.insert(name.clone(), outer.place_of(&param.value, source));
         }
         overrides::set_parameters(graph, overrides, path, &outer.environment, &mut given, &mut mistakes);
         let (scope, more) = Self::open(graph, given, &outer.environment);
         mistakes.extend(more);
         (scope, mistakes)
+    }
+
+    /// Where a value of the file `source` really comes from: where it stands, or, where it refers to a parameter, where that
+    /// has its value from.
+    pub fn place_of(&self, value: &Spanned<Literal>, source: &Arc<Source>) -> ValuePlace {
+        let mut names = BTreeSet::new();
+        substitute::references(&value.value, &mut names);
+        let referred = names.into_iter().find_map(|name| self.places.get(name)).cloned();
+        referred.unwrap_or_else(|| ValuePlace::File(Place { source: Arc::clone(source), span: value.span }))
     }
 
     /// The folder that relative paths of this file start from.

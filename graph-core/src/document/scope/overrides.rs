@@ -1,10 +1,9 @@
 //! Parameters set on the command line: `--set name=value`, `--set node.param=value`.
 
-use super::{Environment, Resolved, Scope, resolve};
+use super::{Environment, Given, Resolved, Scope, ValuePlace, resolve};
 use crate::document::nearest::nearest_or_all;
 use crate::document::ron;
 use crate::document::{Diagnostic, Graph, Literal, Span, Spanned};
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// One parameter set on the command line.
@@ -87,7 +86,7 @@ pub fn apply_overrides(
     overrides: &[Override],
     environment: &Arc<Environment>,
 ) -> (Scope, Vec<Diagnostic>) {
-    let (mut given, mut mistakes) = (BTreeMap::new(), Vec::new());
+    let (mut given, mut mistakes) = (Given::default(), Vec::new());
     set_parameters(graph, overrides, "", environment, &mut given, &mut mistakes);
     let (scope, more) = Scope::open(graph, given, environment);
     mistakes.extend(more);
@@ -100,14 +99,15 @@ pub(super) fn set_parameters(
     overrides: &[Override],
     path: &str,
     environment: &Arc<Environment>,
-    given: &mut BTreeMap<String, Option<Resolved>>,
+    given: &mut Given,
     mistakes: &mut Vec<Diagnostic>,
 ) {
     for set in overrides.iter().filter(|set| set.path.join("/") == path) {
         if let Some(default) = graph.params.get(&set.name) {
             let wants_text = matches!(default.value, Literal::Text(_));
             let value = set.resolved(wants_text, environment).map_err(|more| mistakes.extend(more)).ok();
-            given.insert(set.name.clone(), value);
+            given.values.insert(set.name.clone(), value);
+            given.places.insert(set.name.clone(), ValuePlace::CommandLine(set.text.clone()));
         } else {
             let shown = graph.source.path.display();
             let message = format!("`--set {}`: {shown} has no parameter `{}`", set.text, set.name);

@@ -1,9 +1,8 @@
 //! `${…}`, overrides and nested graphs.
 
-use super::{Environment, Override, Resolved, Scope, apply_overrides, node_parameters, resolve};
+use super::{Environment, Given, Override, Resolved, Scope, apply_overrides, node_parameters, resolve};
 use crate::document::sample::{graph, rendered, source, told};
 use crate::document::{Diagnostic, Graph, Literal, Source, Span, Spanned, read};
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,7 +13,7 @@ fn environment() -> Arc<Environment> {
 
 fn opened(text: &str) -> (Graph, Scope, Vec<Diagnostic>) {
     let graph = graph(text);
-    let (scope, mistakes) = Scope::open(&graph, BTreeMap::new(), &environment());
+    let (scope, mistakes) = Scope::open(&graph, Given::default(), &environment());
     (graph, scope, mistakes)
 }
 
@@ -253,8 +252,7 @@ fn nested_graphs_have_the_parameters_they_have() {
 
 #[test]
 fn the_environment_of_the_process_is_seen() {
-    let scope =
-        Scope { source: Some(source("")), values: BTreeMap::new(), environment: Arc::new(Environment::of_process()) };
+    let scope = Scope::file(&source(""));
     let written = Spanned { value: Literal::Text("${ENV:CARGO_MANIFEST_DIR}".to_owned()), span: Span::default() };
     let expected = Resolved::Text { text: env!("CARGO_MANIFEST_DIR").to_owned(), folder: Path::new("show").into() };
     assert_eq!(resolve(&written, &scope), Ok(expected));
