@@ -151,6 +151,9 @@ pub struct Engine {
     pub(super) ready: BinaryHeap<Reverse<(usize, CellId)>>,
     pub(super) failed: BTreeSet<CellId>,
     pub(super) tasks: HashMap<CellId, Task>,
+    /// The cell that is computed under each key, and those that wait for its result since they have the same key.
+    pub(super) making: HashMap<Digest, CellId>,
+    pub(super) twins: HashMap<Digest, Vec<CellId>>,
     pub(super) running: usize,
     pub(super) costs: Costs,
     /// Memory for encodings that are only hashed.
@@ -218,6 +221,8 @@ impl Engine {
             ready: BinaryHeap::new(),
             failed: BTreeSet::new(),
             tasks: HashMap::new(),
+            making: HashMap::new(),
+            twins: HashMap::new(),
             running: 0,
             costs: Costs::of(&plan, options.keep_cheap),
             scratch: Vec::new(),
@@ -249,6 +254,10 @@ impl Engine {
             if task.fresh.is_some() {
                 self.mark(id);
             }
+        }
+        self.making.clear();
+        for twin in std::mem::take(&mut self.twins).into_values().flatten() {
+            self.mark(twin);
         }
         for id in std::mem::take(&mut self.failed) {
             self.mark(id);

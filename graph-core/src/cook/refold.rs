@@ -37,6 +37,8 @@ impl Engine {
         (self.directory, self.known_items, self.lost_lists) = (Directory::new(), KnownItems::new(), LostLists::new());
         self.ready.clear();
         self.tasks.clear();
+        self.making.clear();
+        self.twins.clear();
         self.failed.clear();
         // Told anew by the cells that are made anew.
         (self.summary.failed, self.summary.skipped, self.summary.blocks_cached) = (0, 0, 0);

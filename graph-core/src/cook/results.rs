@@ -89,9 +89,11 @@ impl Engine {
         let Some(task) = self.tasks.remove(&id) else { return };
         let name = self.cells[id].name.clone();
         if let Some((made, reason)) = task.fresh {
+            let key = made.key;
             let blocks = (task.blocks.len(), task.kept.len());
             self.costs.learn(self.cells[id].plan, finished.seconds);
             self.cooked(id, made, reason, finished, blocks);
+            self.release_twins(&key);
         } else {
             self.summary.remade += 1;
             self.tell(|| Event::Remade { node: name.clone(), blocks: task.blocks.len() });
@@ -177,14 +179,16 @@ impl Engine {
             JobError::Node(error) => error.to_string(),
         };
         let Some(task) = self.tasks.remove(&id) else { return };
-        if task.fresh.is_some() {
+        if let Some((made, _)) = &task.fresh {
             self.fail(id, &problem);
+            self.release_twins(&made.key);
         } else {
             self.tell(|| Event::Notice { about: name.clone(), message: format!("could not be remade: {problem}") });
         }
         for waiter in task.waiters {
-            if self.tasks.remove(&waiter).is_some_and(|waiting| waiting.fresh.is_some()) {
+            if let Some((made, _)) = self.tasks.remove(&waiter).and_then(|waiting| waiting.fresh) {
                 self.fail(waiter, &format!("its input from {name} could not be remade: {problem}"));
+                self.release_twins(&made.key);
             }
         }
     }

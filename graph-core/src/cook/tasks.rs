@@ -63,6 +63,9 @@ impl Engine {
         if frames.is_none() && self.costs.cheap(self.cells[id].plan) && !self.waits_for_values(id) {
             return self.compute_here(id, made, reason);
         }
+        if self.follows_twin(id, &made.key) {
+            return;
+        }
         let mut task = Task::new(frames);
         if let Some(frames) = &task.frames {
             task.last = self.last(id);
@@ -92,6 +95,25 @@ impl Engine {
         self.unsettle(id);
         self.tasks.insert(id, task);
         self.ensure(id);
+    }
+
+    /// Whether another cell of the same key is in the making; this one is then looked at again when that is done.
+    fn follows_twin(&mut self, id: CellId, key: &Digest) -> bool {
+        let first = *self.making.entry(*key).or_insert(id);
+        if first == id {
+            return false;
+        }
+        self.unsettle(id);
+        self.twins.entry(*key).or_default().push(id);
+        true
+    }
+
+    /// The computation under `key` is over, however it went: cells of the same key look whether the store has its result.
+    pub(super) fn release_twins(&mut self, key: &Digest) {
+        self.making.remove(key);
+        for twin in self.twins.remove(key).unwrap_or_default() {
+            self.mark(twin);
+        }
     }
 
     /// What is known of the cell's blocks, from this engine or an earlier process.

@@ -314,3 +314,25 @@ fn values_that_memory_has_no_room_for_are_let_go_and_read_again() {
     // The sum takes all twenty at once, whatever there is room for; afterwards they go again.
     assert!(cooked[1].0 <= 5 * TAKE_BYTES, "{} bytes", cooked[1].0);
 }
+
+#[test]
+fn what_two_nodes_compute_alike_is_computed_once() {
+    let alike: String =
+        (0..6).map(|node| format!("\"sum{node}\": (kind: \"sum\", in: {{\"series\": [\"read\"]}}),\n")).collect();
+    let read = "\"read\": (kind: \"read\", with: (path: \"take.txt\"))";
+    let project = Project::new(&format!("(grimace: 1, nodes: {{\n{alike}{read}}})"));
+    project.series("take.txt", 40, |t| t as f64);
+    let cooked = project.cook();
+    assert_eq!((cooked.summary.cooked, cooked.summary.cached), (2, 5), "{:#?}", cooked.events);
+    // One that fails makes each of them fail, and holds up nothing.
+    project.write("take.txt", "no number\n");
+    let failed = project.cook();
+    assert_eq!((failed.summary.failed, failed.summary.skipped), (1, 6), "{:#?}", failed.events);
+    let panics: String = (0..3)
+        .map(|node| format!("\"scale{node}\": (kind: \"scale\", in: {{\"series\": \"read\"}}, with: (by: 2000)),\n"))
+        .collect();
+    project.write("graph.ron", &format!("(grimace: 1, nodes: {{\n{panics}{read}}})"));
+    project.series("take.txt", 40, |t| t as f64);
+    let failed = project.cook();
+    assert_eq!((failed.summary.failed, failed.summary.cached), (3, 1), "{:#?}", failed.events);
+}
