@@ -4,6 +4,7 @@
 mod add_jitter;
 mod align_anchors;
 mod curve_error;
+mod find_anchor;
 mod finetune_curves;
 mod frames;
 mod graph_features;
@@ -21,6 +22,7 @@ mod training;
 pub use add_jitter::AddJitter;
 pub use align_anchors::AlignAnchors;
 pub use curve_error::CurveError;
+pub use find_anchor::FindAnchor;
 pub use finetune_curves::FinetuneCurves;
 pub use graph_features::GraphFeatures;
 pub use marker_error::MarkerErrors;
