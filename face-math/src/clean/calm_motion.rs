@@ -1,4 +1,4 @@
-//! Calms a rigid motion over time: the noise of few markers shakes the whole head. Called by
+//! Calms a rigid motion over time, and drops what is within its noise: that of few markers shakes the whole head. Called by
 //! [`stabilize`](super::stabilize()).
 //!
 //! Around frame t, motions are told relative to that of t, as a rotation vector and the way of a centre c, each fitted
@@ -44,15 +44,36 @@ pub fn calm_motion(motions: &[Option<Rigid>], centre: DVec3, smoothing_frames: f
     motions.iter().enumerate().map(|(frame, own)| own.as_ref().map(|own| calm(frame, own))).collect()
 }
 
+/// A motion without what may be noise: 1 − (n / r)² of it, where r is how far it moves the points `rest` (root mean
+/// square, metres) and n is `least_m`; none of it where r < n. (The estimator of James and Stein, 1961, with n² as the noise;
+/// its positive part.) Turns go about the middle of `rest`.
+pub fn shrink_motion(motion: &Rigid, rest: &[DVec3], least_m: f64) -> Rigid {
+    if least_m <= 0.0 || rest.is_empty() {
+        return *motion;
+    }
+    let count = rest.len() as f64;
+    let squares = rest.iter().map(|point| motion.apply(*point).distance_squared(*point)).sum::<f64>() / count;
+    let share = 1.0 - least_m * least_m / squares;
+    if squares <= least_m * least_m {
+        return Rigid { rotation: DMat3::IDENTITY, translation_m: DVec3::ZERO };
+    }
+    let centre = rest.iter().sum::<DVec3>() / count;
+    let turn = share * DQuat::from_mat3(&motion.rotation).to_scaled_axis();
+    let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn));
+    let way = share * (motion.apply(centre) - centre);
+    Rigid { rotation, translation_m: centre + way - rotation * centre }
+}
+
 /// How much each sample counts for the value at time 0 of the quadratic fitted to samples at `times`: of a straight line
 /// or a constant where there are fewer than five or three of them.
 fn shares(times: &[f64], smoothing_frames: f64) -> Vec<f64> {
-    let powers = match times.len() {
+    let weight = |time: f64| (-0.5 * (time / smoothing_frames).powi(2)).exp();
+    // Samples that hardly count do not fix a term.
+    let powers = match times.iter().filter(|time| weight(**time) > 1e-3).count() {
         0..3 => 1,
         3..5 => 2,
         _ => 3,
     };
-    let weight = |time: f64| (-0.5 * (time / smoothing_frames).powi(2)).exp();
     // Moments of the weights; time in units of the smoothing, so that they are of one size.
     let mut moments = [0.0; 5];
     for time in times {
@@ -119,8 +140,21 @@ mod tests {
     }
 
     #[test]
+    fn motions_within_the_noise_are_none_and_large_ones_stay() {
+        let rest = [DVec3::X * 0.05, DVec3::Y * 0.05, DVec3::Z * -0.05];
+        let small = moved(DVec3::Z * 1e-4, DVec3::X * 1e-5);
+        assert_eq!(shrink_motion(&small, &rest, 1e-4), moved(DVec3::ZERO, DVec3::ZERO));
+        assert_eq!(shrink_motion(&small, &rest, 0.0), small);
+        let large = moved(DVec3::new(0.3, -0.8, 0.2), DVec3::new(0.01, 0.2, 0.0));
+        assert!(apart(&shrink_motion(&large, &rest, 1e-4), &large) < 1e-7);
+        let some = moved(DVec3::ZERO, DVec3::X * 2e-4);
+        assert!((shrink_motion(&some, &rest, 1e-4).translation_m.x - 1.5e-4).abs() < 1e-12);
+    }
+
+    #[test]
     fn few_samples_are_enough() {
         assert_eq!(shares(&[0.0], 4.0), [1.0]);
+        assert!((shares(&[-1.0, 0.0, 1.0], 1e-4)[1] - 1.0).abs() < 1e-12);
         for times in [vec![0.0, 1.0], vec![-2.0, 0.0, 1.0], vec![0.0, 1.0, 2.0, 3.0, 4.0, 7.0]] {
             assert!((shares(&times, 4.0).iter().sum::<f64>() - 1.0).abs() < 1e-9);
         }

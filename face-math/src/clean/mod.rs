@@ -21,9 +21,9 @@ mod smoothing;
 mod stabilize;
 mod steady;
 
-pub use calm_motion::{calm_motion, calm_reach};
+pub use calm_motion::{calm_motion, calm_reach, shrink_motion};
 pub use gaps::{Filled, GapError, GapOptions, Source, fill_gaps};
 pub use rigid_set::{RigidSet, RigidSetError, find_rigid};
 pub use shapes::{ShapeError, learn_shapes};
 pub use smoothing::{Smoothing, SmoothingError, kernel, smoothed};
-pub use stabilize::{MOTION_CHANNELS, StabilizeError, Stabilized, motion_of, stabilize};
+pub use stabilize::{MOTION_CHANNELS, StabilizeError, StabilizeOptions, Stabilized, motion_of, stabilize};
