@@ -17,7 +17,7 @@
 //!
 //! σ and τ are not given but told by the take (empirical Bayes, by expectation and maximisation; Dempster, Laird and Rubin
 //! 1977). τ begins small: where the markers sit on the puppet as they are, it stays small, and nothing is moved. Markers
-//! beyond 3 σ count less, ρ = 3 √3 σ / ‖r‖ (Huber 1964).
+//! beyond 3 σ count less, ρ = 3 √3 σ / ‖r‖ (Huber 1964), and σ is told by their median.
 //!
 //! The anchor frame is the one, of those looked at, whose pose is nearest to the face at rest.
 
@@ -104,6 +104,9 @@ const FIRST_SPREAD_M: f64 = 0.1 * MM;
 /// σ at the beginning and at the least, in metres.
 const FIRST_REMAINDER_M: f64 = 0.2 * MM;
 const LEAST_REMAINDER_M: f64 = 0.02 * MM;
+
+/// The median length of a vector whose three coordinates are standard normal.
+const MEDIAN_LENGTH: f64 = 1.538_172;
 
 /// Times that σ, τ and ρ are told anew, and steps of the minimiser each time.
 const ROUNDS: usize = 12;
@@ -296,29 +299,30 @@ impl<'a> Fit<'a> {
         let (frames, markers) = (self.frames.len(), self.markers());
         let poses = self.pose(weights);
         let offsets = self.offsets(&poses);
-        let mut squares = vec![(0.0, 0.0); markers];
+        let mut lengths = vec![Vec::with_capacity(frames); markers];
         for (frame, pose) in poses.iter().enumerate() {
             for marker in 0..markers {
                 let apart = self.frames[frame].1[marker] - pose.positions()[marker] - offsets[marker].0;
                 if apart.is_finite() {
-                    // ρ as it was: what counted little does not make the noise large.
-                    let trust = &mut self.trust[frame * markers + marker];
-                    squares[marker].0 += *trust * apart.length_squared();
-                    squares[marker].1 += 3.0;
-                    *trust = (3.0 * 3.0_f64.sqrt() * self.remainder_m[marker] / apart.length()).min(1.0);
+                    lengths[marker].push(apart.length());
+                    let far = 3.0 * 3.0_f64.sqrt() * self.remainder_m[marker];
+                    self.trust[frame * markers + marker] = (far / apart.length()).min(1.0);
                 }
             }
         }
         // Each moved weight and each offset takes a coordinate's worth of the remainder away.
-        let seen: f64 = squares.iter().map(|(_, seen)| seen).sum();
+        let seen = 3.0 * lengths.iter().map(Vec::len).sum::<usize>() as f64;
         let moved = weights.iter().filter(|weight| **weight > 1e-4).count() as f64 + 3.0 * markers as f64;
         let lost = seen / (seen - moved).max(0.1 * seen);
-        for (remainder, (square, seen)) in self.remainder_m.iter_mut().zip(&squares) {
-            if *seen > 0.0 {
-                *remainder = (lost * square / seen).sqrt().max(LEAST_REMAINDER_M);
+        for (remainder, lengths) in self.remainder_m.iter_mut().zip(&mut lengths) {
+            if !lengths.is_empty() {
+                // The middle one, so that frames in which a marker is lost or mixed up do not make its noise large.
+                let middle = lengths.len() / 2;
+                let (_, median, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);
+                *remainder = (lost.sqrt() * *median / MEDIAN_LENGTH).max(LEAST_REMAINDER_M);
             }
         }
-        let known = offsets.iter().zip(&squares).filter(|(_, (_, seen))| *seen > 0.0);
+        let known = offsets.iter().zip(&lengths).filter(|(_, lengths)| !lengths.is_empty());
         let spreads: Vec<f64> = known.map(|((offset, total), _)| offset.length_squared() / 3.0 + 1.0 / total).collect();
         if frames > 1 && !spreads.is_empty() {
             self.spread_m = (spreads.iter().sum::<f64>() / spreads.len() as f64).sqrt();
@@ -345,5 +349,97 @@ impl<'a> Fit<'a> {
             spread_mm: self.spread_m / MM,
             remaining_mm: self.remainder_m.iter().map(|remainder| remainder / MM).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::Curves;
+    use crate::rig::toy;
+    use wire::FrameAxis;
+
+    fn puppet() -> MarkerRig {
+        MarkerRig::of_vertices(&toy::jawed(9, 5), &(0..80).collect::<Vec<_>>()).unwrap()
+    }
+
+    /// Expressions that come and go: every channel rests in some frames, and is at a fifth where it rests in the others.
+    fn performance(puppet: &MarkerRig, frames: usize) -> Curves {
+        let mut dice = toy::Dice(31);
+        let width = puppet.channels().len();
+        let values = (0..frames * width).map(|_| (0.4 * dice.roll()).max(0.0)).collect();
+        let axis = FrameAxis { first: 1001, count: frames, rate_hz: 60.0 };
+        Curves::new(axis, puppet.channels().to_vec(), values).unwrap()
+    }
+
+    fn captured(puppet: &MarkerRig, offset: impl Fn(usize) -> Vec3) -> Markers {
+        let exact = puppet.drive(&performance(puppet, 200)).unwrap();
+        let (width, mut dice) = (exact.names().len(), toy::Dice(77));
+        let moved = exact.positions().iter().enumerate();
+        let moved = moved.map(|(place, point)| *point + offset(place % width) + dice.point() * 5e-5);
+        exact.with_positions(moved.collect()).unwrap()
+    }
+
+    fn find(puppet: &MarkerRig, take: &Markers) -> FoundAnchor {
+        find_anchor(puppet, take, &FindAnchorOptions::default()).unwrap()
+    }
+
+    /// A mask that sits off, by 2 mm and a little askew.
+    fn askew(marker: usize) -> Vec3 {
+        let at = marker as f32 / 80.0;
+        Vec3::new(0.002, 0.001 - 0.002 * at, 0.0015 * at)
+    }
+
+    #[test]
+    fn a_mask_that_sits_off_is_told_from_expressions() {
+        let puppet = puppet();
+        let found = find(&puppet, &captured(&puppet, askew));
+        let off = (0..80).map(|marker| f64::from(found.offsets[marker].unwrap().distance_squared(askew(marker))));
+        let off_mm = 1e3 * (off.sum::<f64>() / 80.0).sqrt();
+        assert!(off_mm < 0.2, "{off_mm} mm of about 2.2");
+        let (truth, usual) = (performance(&puppet, 200), FindAnchorOptions::default());
+        let known = truth.frame(found.frame);
+        let squares = found.weights.iter().zip(known).map(|(found, known)| (found - f64::from(*known)).powi(2));
+        let apart = (squares.sum::<f64>() / known.len() as f64).sqrt();
+        assert!(apart < 0.05, "{apart}");
+        let again = find_anchor(&puppet, &captured(&puppet, askew), &usual).unwrap();
+        assert_eq!(found, again);
+    }
+
+    #[test]
+    fn marks_in_their_places_stay_there() {
+        let puppet = puppet();
+        let found = find(&puppet, &captured(&puppet, |_| Vec3::ZERO));
+        assert!(found.offsets.iter().all(|offset| *offset == Some(Vec3::ZERO)), "{:?}", found.offsets);
+        assert!(found.remaining_mm.iter().all(|remaining| *remaining < 0.5), "{:?}", found.remaining_mm);
+    }
+
+    #[test]
+    fn markers_that_are_gone_have_no_offset_and_lost_ones_count_little() {
+        let puppet = puppet();
+        let take = captured(&puppet, askew);
+        let mut positions = take.positions().to_vec();
+        for frame in 0..200 {
+            positions[frame * 80 + 5] = Vec3::NAN;
+            if frame % 9 == 0 {
+                positions[frame * 80 + 17] += Vec3::Y * 0.03;
+            }
+        }
+        let found = find(&puppet, &take.with_positions(positions).unwrap());
+        assert!(found.offsets[5].is_none());
+        assert!(found.offsets[17].unwrap().distance(askew(17)) < 0.001, "{:?}", found.offsets[17]);
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let puppet = puppet();
+        let take = captured(&puppet, askew);
+        let fault = |take: &Markers, options: FindAnchorOptions| find_anchor(&puppet, take, &options).unwrap_err();
+        let usual = FindAnchorOptions::default();
+        assert!(matches!(fault(&take, FindAnchorOptions { usual_weight: 0.0, ..usual }), FindAnchorError::Option { .. }));
+        let gone = take.with_positions(vec![Vec3::NAN; take.positions().len()]).unwrap();
+        assert_eq!(fault(&gone, usual), FindAnchorError::Blind { frames: 128, markers: 80 });
+        let strangers = Markers::new(take.frame_axis(), vec!["nose".into()], vec![Vec3::ZERO; 200]).unwrap();
+        assert_eq!(fault(&strangers, usual), FindAnchorError::NoMarker);
     }
 }

@@ -92,3 +92,50 @@ impl Node for FindAnchor {
         Ok(Outputs::default().with(&ANCHORS, anchors).with(&REMAINDER, remainder))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rig::toy;
+    use crate::testing::compute;
+    use face_math::data::Curves;
+
+    const OFF: Vec3 = Vec3::new(0.002, -0.001, 0.0);
+
+    /// The toy's markers in a performance in which each channel rests now and then, off by [`OFF`], and a marker that the
+    /// puppet lacks.
+    fn take() -> Markers {
+        let curves = toy::curves(60, 6);
+        let values = curves.values().iter().map(|weight| (weight - 0.5).max(0.0)).collect();
+        let curves = Curves::new(curves.frame_axis(), curves.channels().to_vec(), values).unwrap();
+        let exact = MarkerRig::attached(&toy::rig(), &toy::attachment()).unwrap().drive(&curves).unwrap();
+        let names = exact.names().iter().cloned().chain(["other".to_owned()]).collect();
+        let frames = (0..60).flat_map(|t| exact.frame(t).iter().map(|point| *point + OFF).chain([Vec3::ONE]));
+        Markers::new(exact.frame_axis(), names, frames.collect()).unwrap()
+    }
+
+    #[test]
+    fn the_anchor_holds_the_offsets_of_the_take() {
+        let inputs =
+            Inputs::default().with(&MARKERS, take()).with(&RIG, toy::rig()).with(&ATTACHMENT, toy::attachment());
+        let outputs = compute(&FindAnchor::default(), &inputs).unwrap();
+        let anchors = outputs.get(&ANCHORS).unwrap();
+        assert_eq!(anchors.frames().len(), 1);
+        assert!((101..161).contains(&anchors.frames()[0]));
+        let offsets = anchors.offsets(0);
+        assert_eq!(offsets.len(), 12);
+        for (marker, offset) in offsets {
+            assert!(offset.abs_diff_eq(OFF, 5e-4), "{marker}: {offset}");
+        }
+        assert!(outputs.get(&REMAINDER).unwrap().sigma_mm("m0").unwrap() < 0.2);
+        assert!(outputs.get(&REMAINDER).unwrap().sigma_mm("other").is_none());
+    }
+
+    #[test]
+    fn a_take_of_other_markers_is_refused() {
+        let strangers = Markers::new(wire::FrameAxis::new(1, 60.0), vec!["x".into()], vec![Vec3::ZERO]).unwrap();
+        let inputs =
+            Inputs::default().with(&MARKERS, strangers).with(&RIG, toy::rig()).with(&ATTACHMENT, toy::attachment());
+        assert!(compute(&FindAnchor::default(), &inputs).unwrap_err().to_string().contains("share no marker"));
+    }
+}
