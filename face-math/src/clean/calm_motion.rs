@@ -25,8 +25,8 @@ pub fn calm_motion(motions: &[Option<Rigid>], centre: DVec3, smoothing_frames: f
         let (first, end) = (frame.saturating_sub(reach), (frame + reach + 1).min(motions.len()));
         let back = own.rotation.transpose();
         let mut around = Vec::with_capacity(end - first);
-        for other in first..end {
-            if let Some(motion) = &motions[other] {
+        for (other, motion) in motions.iter().enumerate().take(end).skip(first) {
+            if let Some(motion) = motion {
                 let turn = DQuat::from_mat3(&(back * motion.rotation)).to_scaled_axis();
                 around.push((other as f64 - frame as f64, turn, motion.apply(centre) - own.apply(centre)));
             }
@@ -113,9 +113,8 @@ mod tests {
 
     #[test]
     fn even_acceleration_passes_and_gaps_stay() {
-        let mut motions: Vec<Option<Rigid>> = (0..60)
-            .map(|t| Some(moved(DVec3::X * 0.01 * f64::from(t), DVec3::Y * 1e-5 * f64::from(t * t))))
-            .collect();
+        let mut motions: Vec<Option<Rigid>> =
+            (0..60).map(|t| Some(moved(DVec3::X * 0.01 * f64::from(t), DVec3::Y * 1e-5 * f64::from(t * t)))).collect();
         motions[20] = None;
         let calm = calm_motion(&motions, DVec3::ZERO, 6.0);
         for (frame, (calm, own)) in calm.iter().zip(&motions).enumerate() {

@@ -244,7 +244,8 @@ mod tests {
         for frame in 20..40 {
             positions[frame * 12 + frame % 4] += Vec3::new(0.02, -0.01, 0.03);
         }
-        let found = stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
+        let found =
+            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
         for frame in 20..40 {
             assert_eq!(found.fit.frame(frame)[1] as usize, 3);
             for column in 4..12 {
@@ -259,7 +260,8 @@ mod tests {
         let (_, moved) = take();
         let mut positions = moved.positions().to_vec();
         positions[5 * 12..5 * 12 + 2].fill(Vec3::NAN);
-        let found = stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
+        let found =
+            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
         assert_eq!((found.lost_frames, found.markers.missing()), (1, 12));
         assert!(found.motion.frame(5).iter().all(|value| value.is_nan()));
     }

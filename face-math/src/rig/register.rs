@@ -2,7 +2,7 @@
 //! whose vertices are roughly known. Before markers are attached, where capture and rig do not share a space.
 //!
 //! The known markers give a first motion by least squares; then every marker is drawn to the surface point that is nearest
-//! to where the motion takes it, and the motion is fitted anew, until it stays (iterated closest points; Besl and McKay,
+//! to where the motion takes it, and the motion is fitted anew, until it stays (iterated closest points; Besl and `McKay`,
 //! "A method for registration of 3-D shapes", 1992). Known markers keep drawing to their vertices as well, with the weight
 //! of one marker in four, so that the capture does not slide along the surface.
 
@@ -38,8 +38,7 @@ pub fn register(rig: &Rig, part: usize, points: &[DVec3], known: &[(usize, u32)]
     let places: Vec<DVec3> = known.iter().map(|(_, at)| vertex(*at)).collect();
     let from: Vec<DVec3> = known.iter().map(|(point, _)| points[*point]).collect();
     let mut motion = fit_rigid(&from, &places, None)?.motion;
-    let triangles: Vec<[DVec3; 3]> =
-        rig.parts[part].triangles.iter().map(|corners| corners.map(vertex)).collect();
+    let triangles: Vec<[DVec3; 3]> = rig.parts[part].triangles.iter().map(|corners| corners.map(vertex)).collect();
     let all_from: Vec<DVec3> = points.iter().chain(&from).copied().collect();
     let weights: Vec<f64> = points.iter().map(|_| 1.0).chain(from.iter().map(|_| KNOWN_WEIGHT)).collect();
     let mut off_m = f64::INFINITY;

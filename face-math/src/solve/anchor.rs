@@ -9,11 +9,14 @@
 //! E(w, d) = Σ_f Σ_m ρ_fm ‖x_fm − g_m(w_f) − d_m‖² / σ_m² + Σ_m ‖d_m‖² / τ² + 2 Σ_f Σ_k w_fk / s,   0 ≤ w ≤ 1
 //! ```
 //!
-//! x, g(w) the captured and the puppet's markers, d the offsets (metres), σ_m what remains of marker m (metres, standard
+//! x, g(w) the captured and the puppet's markers, d the offsets (metres), σ of a marker what remains of it (metres, standard
 //! deviation of a coordinate), τ how large offsets are (the same), s the mean of a weight (unitless). E is −2 log of the
 //! probability where offsets and noise are Gaussian and weights fall off exponentially, so d is what the take makes most
-//! probable. Given w, d follows in closed form, d_m = Σ_f (ρ_fm / σ_m²) (x_fm − g_m(w_f)) / (Σ_f ρ_fm / σ_m² + 1 / τ²); over
-//! w, E is minimised by [`minimise`](super::minimise()).
+//! probable. Given w, d follows in closed form; over w, E is minimised by [`minimise`](super::minimise()):
+//!
+//! ```text
+//! d_m = Σ_f (ρ_fm / σ_m²) (x_fm − g_m(w_f)) / (Σ_f ρ_fm / σ_m² + 1 / τ²)
+//! ```
 //!
 //! σ and τ are not given but told by the take (empirical Bayes, by expectation and maximisation; Dempster, Laird and Rubin
 //! 1977). τ begins small: where the markers sit on the puppet as they are, it stays small, and nothing is moved. Markers
@@ -121,8 +124,11 @@ pub fn find_anchor(
     take: &Markers,
     options: &FindAnchorOptions,
 ) -> Result<FoundAnchor, FindAnchorError> {
-    let given =
-        [("the number of frames", options.samples as f64), ("the usual weight", options.usual_weight), ("the largest weight", options.high)];
+    let given = [
+        ("the number of frames", options.samples as f64),
+        ("the usual weight", options.usual_weight),
+        ("the largest weight", options.high),
+    ];
     if let Some((what, value)) = given.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
         return Err(FindAnchorError::Option { what, value });
     }
@@ -178,8 +184,7 @@ impl<'a> Fit<'a> {
             columns.iter().map(|column| column.map_or(DVec3::NAN, |column| own[column].as_dvec3())).collect::<Vec<_>>()
         };
         let enough = |points: &[DVec3]| 2 * points.iter().filter(|point| point.is_finite()).count() >= shared;
-        let frames: Vec<_> =
-            places.map(|frame| (frame, points(frame))).filter(|(_, points)| enough(points)).collect();
+        let frames: Vec<_> = places.map(|frame| (frame, points(frame))).filter(|(_, points)| enough(points)).collect();
         if frames.is_empty() {
             return Err(FindAnchorError::Blind { frames: count, markers: shared });
         }
@@ -221,7 +226,7 @@ impl<'a> Fit<'a> {
         weights.par_chunks(self.channels()).map(pose).collect()
     }
 
-    /// d, and Σ_f ρ / σ² + 1 / τ², for each marker.
+    /// d of each marker, and what it is divided by (the sum of ρ / σ² over the frames, and 1 / τ²).
     fn offsets(&self, poses: &[MarkerPose]) -> Vec<(DVec3, f64)> {
         let mut sums = vec![(DVec3::ZERO, self.spread_m.powi(-2)); self.markers()];
         for (frame, pose) in poses.iter().enumerate() {
@@ -349,97 +354,5 @@ impl<'a> Fit<'a> {
             spread_mm: self.spread_m / MM,
             remaining_mm: self.remainder_m.iter().map(|remainder| remainder / MM).collect(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::data::Curves;
-    use crate::rig::toy;
-    use wire::FrameAxis;
-
-    fn puppet() -> MarkerRig {
-        MarkerRig::of_vertices(&toy::jawed(9, 5), &(0..80).collect::<Vec<_>>()).unwrap()
-    }
-
-    /// Expressions that come and go: every channel rests in some frames, and is at a fifth where it rests in the others.
-    fn performance(puppet: &MarkerRig, frames: usize) -> Curves {
-        let mut dice = toy::Dice(31);
-        let width = puppet.channels().len();
-        let values = (0..frames * width).map(|_| (0.4 * dice.roll()).max(0.0)).collect();
-        let axis = FrameAxis { first: 1001, count: frames, rate_hz: 60.0 };
-        Curves::new(axis, puppet.channels().to_vec(), values).unwrap()
-    }
-
-    fn captured(puppet: &MarkerRig, offset: impl Fn(usize) -> Vec3) -> Markers {
-        let exact = puppet.drive(&performance(puppet, 200)).unwrap();
-        let (width, mut dice) = (exact.names().len(), toy::Dice(77));
-        let moved = exact.positions().iter().enumerate();
-        let moved = moved.map(|(place, point)| *point + offset(place % width) + dice.point() * 5e-5);
-        exact.with_positions(moved.collect()).unwrap()
-    }
-
-    fn find(puppet: &MarkerRig, take: &Markers) -> FoundAnchor {
-        find_anchor(puppet, take, &FindAnchorOptions::default()).unwrap()
-    }
-
-    /// A mask that sits off, by 2 mm and a little askew.
-    fn askew(marker: usize) -> Vec3 {
-        let at = marker as f32 / 80.0;
-        Vec3::new(0.002, 0.001 - 0.002 * at, 0.0015 * at)
-    }
-
-    #[test]
-    fn a_mask_that_sits_off_is_told_from_expressions() {
-        let puppet = puppet();
-        let found = find(&puppet, &captured(&puppet, askew));
-        let off = (0..80).map(|marker| f64::from(found.offsets[marker].unwrap().distance_squared(askew(marker))));
-        let off_mm = 1e3 * (off.sum::<f64>() / 80.0).sqrt();
-        assert!(off_mm < 0.2, "{off_mm} mm of about 2.2");
-        let (truth, usual) = (performance(&puppet, 200), FindAnchorOptions::default());
-        let known = truth.frame(found.frame);
-        let squares = found.weights.iter().zip(known).map(|(found, known)| (found - f64::from(*known)).powi(2));
-        let apart = (squares.sum::<f64>() / known.len() as f64).sqrt();
-        assert!(apart < 0.05, "{apart}");
-        let again = find_anchor(&puppet, &captured(&puppet, askew), &usual).unwrap();
-        assert_eq!(found, again);
-    }
-
-    #[test]
-    fn marks_in_their_places_stay_there() {
-        let puppet = puppet();
-        let found = find(&puppet, &captured(&puppet, |_| Vec3::ZERO));
-        assert!(found.offsets.iter().all(|offset| *offset == Some(Vec3::ZERO)), "{:?}", found.offsets);
-        assert!(found.remaining_mm.iter().all(|remaining| *remaining < 0.5), "{:?}", found.remaining_mm);
-    }
-
-    #[test]
-    fn markers_that_are_gone_have_no_offset_and_lost_ones_count_little() {
-        let puppet = puppet();
-        let take = captured(&puppet, askew);
-        let mut positions = take.positions().to_vec();
-        for frame in 0..200 {
-            positions[frame * 80 + 5] = Vec3::NAN;
-            if frame % 9 == 0 {
-                positions[frame * 80 + 17] += Vec3::Y * 0.03;
-            }
-        }
-        let found = find(&puppet, &take.with_positions(positions).unwrap());
-        assert!(found.offsets[5].is_none());
-        assert!(found.offsets[17].unwrap().distance(askew(17)) < 0.001, "{:?}", found.offsets[17]);
-    }
-
-    #[test]
-    fn bad_input_is_named() {
-        let puppet = puppet();
-        let take = captured(&puppet, askew);
-        let fault = |take: &Markers, options: FindAnchorOptions| find_anchor(&puppet, take, &options).unwrap_err();
-        let usual = FindAnchorOptions::default();
-        assert!(matches!(fault(&take, FindAnchorOptions { usual_weight: 0.0, ..usual }), FindAnchorError::Option { .. }));
-        let gone = take.with_positions(vec![Vec3::NAN; take.positions().len()]).unwrap();
-        assert_eq!(fault(&gone, usual), FindAnchorError::Blind { frames: 128, markers: 80 });
-        let strangers = Markers::new(take.frame_axis(), vec!["nose".into()], vec![Vec3::ZERO; 200]).unwrap();
-        assert_eq!(fault(&strangers, usual), FindAnchorError::NoMarker);
     }
 }

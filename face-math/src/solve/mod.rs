@@ -12,6 +12,8 @@
 
 mod align;
 mod anchor;
+#[cfg(test)]
+mod anchor_tests;
 mod bounded;
 mod cholesky;
 mod curvature;

@@ -9,7 +9,8 @@ use wire::FrameAxis;
 
 const RIG: Port<Rig> = Port::new("rig", "the head that carries the markers, in metres");
 const ATTACHMENT: Port<Attachment> = Port::new("attachment", "where the markers sit on it");
-const MARKERS: Port<Markers> = Port::new("markers", "one frame: the attached markers with every channel at 0, in metres");
+const MARKERS: Port<Markers> =
+    Port::new("markers", "one frame: the attached markers with every channel at 0, in metres");
 
 /// Gives the places of attached markers on the rig at rest.
 ///

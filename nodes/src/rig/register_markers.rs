@@ -78,8 +78,7 @@ impl Node for RegisterMarkers {
             known.push((point, vertices.start + vertex));
         }
         let points: Vec<DVec3> = seen.iter().map(|(_, point)| *point).collect();
-        let found =
-            register(rig, part, &points, &known).map_err(|error| NodeError::parameter("known", error))?;
+        let found = register(rig, part, &points, &known).map_err(|error| NodeError::parameter("known", error))?;
         context.progress(1.0, &[("off the surface mm", found.off_m * 1000.0)]);
         let moved: Vec<Vec3> = points.iter().map(|point| found.motion.apply(*point).as_vec3()).collect();
         let names = seen.iter().map(|(name, _)| (*name).clone()).collect();
@@ -116,7 +115,8 @@ mod tests {
         // The second frame is elsewhere.
         let positions = rig.neutral.iter().map(away).chain(rig.neutral.iter().map(|point| *point * 2.0));
         let take = Markers::new(FrameAxis::new(2, 60.0), names, positions.collect()).unwrap();
-        let outputs = compute(&made::<RegisterMarkers>(parameters), &Inputs::default().with(&MARKERS, take).with(&RIG, rig));
+        let outputs =
+            compute(&made::<RegisterMarkers>(parameters), &Inputs::default().with(&MARKERS, take).with(&RIG, rig));
         outputs.map(|outputs| outputs.get(&NEUTRAL).unwrap().clone()).map_err(|error| error.to_string())
     }
 

@@ -57,12 +57,13 @@ impl Node for RetargetCurves {
             rig.channels.iter().zip(&sources).filter(|(_, source)| source.is_none()).map(|(name, _)| name).collect();
         let used: Vec<&(&String, f32)> = lost.iter().filter(|(_, most)| *most > 0.0).collect();
         if self.all_mapped && !used.is_empty() {
-            let names = used.iter().map(|(name, _)| name.as_str()).collect();
-            let problem = format!("rig `{}` has nothing for {}; map them with `rename`", rig.name, told(names));
+            let names: Vec<&str> = used.iter().map(|(name, _)| name.as_str()).collect();
+            let problem = format!("rig `{}` has nothing for {}; map them with `rename`", rig.name, told(&names));
             return Err(NodeError::parameter("all_mapped", problem));
         }
         if self.all_driven && !open.is_empty() {
-            let names = told(open.iter().map(|name| name.as_str()).collect());
+            let names: Vec<&str> = open.iter().map(|name| name.as_str()).collect();
+            let names = told(&names);
             let problem = format!("nothing in the curves drives {names} of rig `{}`; map them with `rename`", rig.name);
             return Err(NodeError::parameter("all_driven", problem));
         }
@@ -111,10 +112,13 @@ impl RetargetCurves {
         let lost = kept.iter().filter(|(column, _)| !used.contains(column));
         let lost = lost.map(|(column, _)| (&curves.channels()[*column], most(*column))).collect();
         if used.is_empty() {
-            let problem = format!("no channel of rig `{}` is called as one of the solve; map them with `rename`", rig.name);
+            let problem =
+                format!("no channel of rig `{}` is called as one of the solve; map them with `rename`", rig.name);
             return Err(NodeError::input(CURVES.name(), problem));
         }
-        if let Some((_, new)) = kept.iter().find(|(column, new)| *new != curves.channels()[*column] && !used.contains(column)) {
+        if let Some((_, new)) =
+            kept.iter().find(|(column, new)| *new != curves.channels()[*column] && !used.contains(column))
+        {
             let near = face_math::data::nearest_name(new, rig.channels.iter().map(String::as_str));
             let near = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
             let problem = format!("rig `{}` has no channel `{new}`{near}", rig.name);
@@ -142,7 +146,7 @@ fn whole<'n>(name: &'n str, own: &BTreeSet<&String>) -> Option<&'n str> {
 }
 
 /// Names for a message.
-fn told(names: Vec<&str>) -> String {
+fn told(names: &[&str]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
@@ -178,7 +182,8 @@ mod tests {
     #[test]
     fn names_are_mapped_halves_driven_and_the_rest_told_both_ways() {
         let curves = solve(&["drop", "smile", "tongueOut"]);
-        let (found, unmapped) = retarget(json!({"rename": {"drop": "jawOpen"}, "scale": {"smile_R": 0.5}}), curves).unwrap();
+        let (found, unmapped) =
+            retarget(json!({"rename": {"drop": "jawOpen"}, "scale": {"smile_R": 0.5}}), curves).unwrap();
         assert_eq!((found.frame_axis().first, found.channels()), (7, &toy::rig().channels[..]));
         assert_eq!(found.frame(1), [0.4, 0.5, 0.25, 0.0]);
         let names: Vec<&str> = unmapped.by_name.iter().map(|(name, _)| name.as_str()).collect();
@@ -195,7 +200,9 @@ mod tests {
         assert!(fault(json!({"rename": {"tongueOut": "browUpp"}})).contains("did you mean `browUp`?"));
         assert!(fault(json!({"rename": {"tongueOut": "jawOpen"}})).contains("two channels"));
         assert!(fault(json!({"scale": {"jaw": 1.0}})).contains("`scale`"));
-        assert!(retarget(json!({"without": ["tongueOut"], "all_mapped": true}), solve(&["jawOpen", "tongueOut"])).is_ok());
+        assert!(
+            retarget(json!({"without": ["tongueOut"], "all_mapped": true}), solve(&["jawOpen", "tongueOut"])).is_ok()
+        );
         assert!(retarget(json!({}), solve(&["a", "b"])).unwrap_err().contains("map them with `rename`"));
     }
 }

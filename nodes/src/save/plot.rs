@@ -80,14 +80,19 @@ pub(super) fn draw(plot: &Plot) -> String {
         drawn().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
     };
     let [left, right, top, bottom] = MARGINS;
-    let legend = if plot.lines.len() > 1 { LEGEND_LINE_PX * plot.lines.len().div_ceil(legend_columns(plot)) as f64 } else { 0.0 };
+    let legend = if plot.lines.len() > 1 {
+        LEGEND_LINE_PX * plot.lines.len().div_ceil(legend_columns(plot)) as f64
+    } else {
+        0.0
+    };
     let top = top + legend;
     let (width, height) = ((plot.width_px - left - right).max(1.0), (plot.height_px - top - bottom).max(1.0));
     let ((x_low, x_high), (y_low, y_high)) = (range(|point| point.0), range(|point| point.1));
     // Between frames there is nothing to mark.
     let least = if drawn().all(|(x, _)| x.fract() == 0.0) { 1.0 } else { 0.0 };
     let x_axis = Axis::new(x_low, x_high, (width / 90.0).max(2.0), least, false);
-    let y_axis = Axis::new(if plot.from_zero { y_low.min(0.0) } else { y_low }, y_high, (height / 50.0).max(2.0), 0.0, true);
+    let y_axis =
+        Axis::new(if plot.from_zero { y_low.min(0.0) } else { y_low }, y_high, (height / 50.0).max(2.0), 0.0, true);
     let x_at = |x: f64| left + width * x_axis.share(x);
     let y_at = |y: f64| top + height * (1.0 - y_axis.share(y));
 
@@ -123,17 +128,15 @@ pub(super) fn draw(plot: &Plot) -> String {
                  stroke-linejoin=\"round\"{dash}/>"
             );
             for (x, y) in run.iter().filter(|_| line.dots) {
-                let _ = writeln!(svg, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{colour}\"/>", x_at(*x), y_at(*y));
+                let _ =
+                    writeln!(svg, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"4\" fill=\"{colour}\"/>", x_at(*x), y_at(*y));
             }
         }
         if plot.lines.len() > 1 {
             let columns = legend_columns(plot);
             let x = left + width / columns as f64 * (index % columns) as f64;
             let y = MARGINS[2] + LEGEND_LINE_PX * (index / columns) as f64;
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{x:.1} {y:.1}h22\" stroke=\"{colour}\" stroke-width=\"3\"{dash}/>"
-            );
+            let _ = writeln!(svg, "<path d=\"M{x:.1} {y:.1}h22\" stroke=\"{colour}\" stroke-width=\"3\"{dash}/>");
             text(&mut svg, (x + 28.0, y + 4.5), "start", &line.name);
         }
     }

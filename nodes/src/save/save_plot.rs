@@ -109,7 +109,7 @@ impl SavePlot {
                     let number = crate::rig::frame_number(curves.frame_axis(), t);
                     (number as f64, f64::from(curves.frame(t)[column]))
                 };
-                found.push((name, (0..curves.frames()).map(point).collect(), false));
+                found.push(Line { name, points: (0..curves.frames()).map(point).collect(), dots: false });
             }
         }
         self.named(found)
@@ -133,14 +133,13 @@ impl SavePlot {
         for points in lines.values_mut() {
             points.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-        self.named(lines.into_iter().map(|(name, points)| (name, points, true)).collect())
+        self.named(lines.into_iter().map(|(name, points)| Line { name, points, dots: true }).collect())
     }
 
     /// Lines under the names that `names` gives them.
-    fn named(&self, found: Vec<(String, Vec<(f64, f64)>, bool)>) -> Result<Vec<Line>, NodeError> {
-        let mut lines = Vec::with_capacity(found.len());
-        for (own, points, dots) in found {
-            let mut name = own.clone();
+    fn named(&self, mut lines: Vec<Line>) -> Result<Vec<Line>, NodeError> {
+        for line in &mut lines {
+            let own = line.name.clone();
             // The longest pattern that fits; of equally long ones the first.
             let mut longest = 0;
             for (pattern, new) in &self.names {
@@ -150,10 +149,9 @@ impl SavePlot {
                 let length = if *pattern == own { usize::MAX } else { pattern.chars().count() };
                 if fits && length > longest {
                     longest = length;
-                    name.clone_from(new);
+                    line.name.clone_from(new);
                 }
             }
-            lines.push(Line { name, points, dots });
         }
         Ok(lines)
     }
@@ -167,7 +165,8 @@ mod tests {
     use wire::FrameAxis;
 
     fn curves(values: Vec<f32>) -> Curves {
-        Curves::new(FrameAxis { first: 101, count: values.len(), rate_hz: 60.0 }, vec!["rms_mm".into()], values).unwrap()
+        Curves::new(FrameAxis { first: 101, count: values.len(), rate_hz: 60.0 }, vec!["rms_mm".into()], values)
+            .unwrap()
     }
 
     fn plot(parameters: serde_json::Value, inputs: &Inputs) -> Result<String, String> {

@@ -124,8 +124,8 @@ impl Node for FinetuneCurves {
                 let share = self.share(raw, place);
                 let tuned = tuned.curves.frame(place - run.start);
                 for (own, tuned) in values[place * width..(place + 1) * width].iter_mut().zip(tuned) {
-                    // Exactly the one or the other at both ends: outside the chosen channels nothing changes a bit.
-                    *own = if share < 1.0 && own != tuned { *own + share * (*tuned - *own) } else { *tuned };
+                    // Channels that are not fine-tuned keep their bits: their difference is 0.
+                    *own = if share < 1.0 { *own + share * (*tuned - *own) } else { *tuned };
                 }
             }
             blind += tuned.blind_frames.len();
@@ -338,11 +338,8 @@ mod tests {
                 assert!((faded.frame(frame)[channel] - (own + share * (tuned - own))).abs() < 1e-6, "frame {frame}");
             }
         }
-        let cut = tune(
-            json!({"frames": "105-107", "falloff_frames": 2}),
-            &toy::cut(&raw, 3..9),
-            &toy::cut(&markers, 3..9),
-        );
+        let cut =
+            tune(json!({"frames": "105-107", "falloff_frames": 2}), &toy::cut(&raw, 3..9), &toy::cut(&markers, 3..9));
         assert!(toy::same_bits(&faded, 3..9, &cut.unwrap()));
     }
 

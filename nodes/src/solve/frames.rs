@@ -115,7 +115,8 @@ mod tests {
     #[test]
     fn the_way_to_the_nearest_frame_is_counted() {
         let set = frames("10-20x4,40");
-        for (frame, away) in [(3, 7), (10, 0), (11, 1), (12, 2), (13, 1), (18, 0), (20, 2), (29, 11), (30, 10), (45, 5)] {
+        for (frame, away) in [(3, 7), (10, 0), (11, 1), (12, 2), (13, 1), (18, 0), (20, 2), (29, 11), (30, 10), (45, 5)]
+        {
             assert_eq!(set.distance(frame), away, "frame {frame}");
         }
         assert_eq!(frames("").distance(-7), 0);

@@ -17,8 +17,10 @@ const CURVES: Port<Curves> = Port::new(
     "curves",
     "weights of the take, solved or edited: at each anchor they stand for the channels that its `weights` leave out",
 );
-const FOUND: Port<Anchors> =
-    Port::new("found", "anchors for a take for which none are given here (`find_anchor`); without it, that is an error");
+const FOUND: Port<Anchors> = Port::new(
+    "found",
+    "anchors for a take for which none are given here (`find_anchor`); without it, that is an error",
+);
 const ANCHORS: Port<Anchors> = Port::new("anchors", "the take's and the puppet's markers at each anchor");
 
 /// Takes frames of a take at which the puppet's pose is known: x and g(w) of Eq. 5 of FDLS at each.
@@ -55,7 +57,13 @@ graph_core::register!(SetAnchors);
 #[typetag::serde(name = "set_anchors")]
 impl Node for SetAnchors {
     fn card(&self) -> Card {
-        Card::new("solve").takes(&MARKERS).takes(&RIG).takes(&ATTACHMENT).may_take(&CURVES).may_take(&FOUND).gives(&ANCHORS)
+        Card::new("solve")
+            .takes(&MARKERS)
+            .takes(&RIG)
+            .takes(&ATTACHMENT)
+            .may_take(&CURVES)
+            .may_take(&FOUND)
+            .gives(&ANCHORS)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
