@@ -40,7 +40,7 @@ pub struct FindAnchorOptions {
     /// The largest weight; the least is 0.
     pub high: f64,
     /// Offsets below this (root mean square length over the markers, millimetres) are taken for none: they are within what
-    /// this can tell, and moving a take by them would bring in more than it takes out.
+    /// this can tell, and moving a take by them would bring in more than it takes out. The anchor is then the face at rest.
     pub least_offset_mm: f64,
 }
 
@@ -147,10 +147,10 @@ pub fn find_anchor(
         weights = found.x;
         fit.learn(&weights);
     }
-    let mut found = fit.outcome(&weights);
+    let found = fit.outcome(&weights);
     let squares: Vec<f64> = found.offsets.iter().flatten().map(|offset| f64::from(offset.length_squared())).collect();
     if squares.iter().sum::<f64>() < squares.len() as f64 * (options.least_offset_mm * MM).powi(2) {
-        found.offsets.iter_mut().flatten().for_each(|offset| *offset = Vec3::ZERO);
+        return Ok(fit.unmoved(found));
     }
     Ok(found)
 }
@@ -334,11 +334,29 @@ impl<'a> Fit<'a> {
         }
     }
 
+    /// The puppet at rest.
+    fn rest(&self) -> MarkerPose {
+        let mut rest = MarkerPose::default();
+        self.puppet.pose(&vec![0.0; self.channels()], &mut rest);
+        rest
+    }
+
+    /// An anchor that moves nothing: the face at rest, at the first frame looked at. The same for every such take, so that a
+    /// changed frame of it changes nothing behind.
+    fn unmoved(&self, found: FoundAnchor) -> FoundAnchor {
+        FoundAnchor {
+            frame: self.frames[0].0,
+            weights: vec![0.0; self.channels()],
+            posed: self.rest().positions().iter().map(|point| point.as_vec3()).collect(),
+            offsets: found.offsets.into_iter().map(|offset| offset.map(|_| Vec3::ZERO)).collect(),
+            ..found
+        }
+    }
+
     fn outcome(&self, weights: &[f64]) -> FoundAnchor {
         let width = self.channels();
         let poses = self.pose(weights);
-        let mut rest = MarkerPose::default();
-        self.puppet.pose(&vec![0.0; width], &mut rest);
+        let rest = self.rest();
         let from_rest = |pose: &MarkerPose| -> f64 {
             pose.positions().iter().zip(rest.positions()).map(|(a, b)| a.distance_squared(*b)).sum()
         };

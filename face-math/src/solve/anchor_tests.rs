@@ -58,6 +58,7 @@ fn marks_in_their_places_stay_there() {
     let puppet = puppet();
     let found = find(&puppet, &captured(&puppet, |_| Vec3::ZERO));
     assert!(found.offsets.iter().all(|offset| *offset == Some(Vec3::ZERO)), "{:?}", found.offsets);
+    assert!(found.weights.iter().all(|weight| weight.abs() < f64::MIN_POSITIVE));
     assert!(found.remaining_mm.iter().all(|remaining| *remaining < 0.5), "{:?}", found.remaining_mm);
 }
 
