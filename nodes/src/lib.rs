@@ -9,6 +9,7 @@ mod patterns;
 mod random;
 pub mod rig;
 pub mod save;
+mod selection;
 pub mod solve;
 #[cfg(test)]
 mod testing;

@@ -66,7 +66,7 @@ fn a_change_costs_what_it_touches() {
     let edited = actor.cook();
     let cooked = edited.cooked();
     assert!(cooked.iter().all(|(name, _)| name.ends_with("@day1_161")), "{cooked:?}");
-    for node in ["features", "jaw", "raw", "fine", "raw_error", "error"] {
+    for node in ["aligned", "solve/features", "solve/jaw", "solve/raw", "solve/fine", "raw_error", "error"] {
         let name = format!("solve/{node}@day1_161");
         let blocks = cooked.iter().find(|(cell, _)| *cell == name).map(|(_, blocks)| *blocks);
         assert!(matches!(blocks, Some(1)), "{name} cooked {blocks:?} blocks of 58: {cooked:?}");

@@ -5,6 +5,7 @@
 //! [`steady`](super::steady) finds it, and every marker goes back by Rᵀ (x − t). R = Rz(rz) Ry(ry) Rx(rx), radians, as
 //! everywhere here.
 
+use super::calm_motion::{calm_motion, shrink_motion};
 use super::steady::steady;
 use crate::data::{Curves, DataError, Markers, nearest_name};
 use crate::rig::Rigid;
@@ -64,8 +65,24 @@ pub enum StabilizeError {
     Data(#[from] DataError),
 }
 
-/// Stabilises `take` (metres) by the markers `rigid`, whose places at rest stand in the one frame of `neutral`. Rigid
-/// markers farther than `tolerance_m` from where the head's motion takes them do not count.
+/// How to stabilise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StabilizeOptions {
+    /// Rigid markers farther than this from where the head's motion takes them do not count, in metres.
+    pub tolerance_m: f64,
+    /// The motion is calmed over so many frames ([`calm_motion`]); 0 for not at all.
+    pub smoothing_frames: f64,
+    /// Motions below this count as none ([`shrink_motion`]), in metres; 0 for none of them.
+    pub least_motion_m: f64,
+}
+
+impl Default for StabilizeOptions {
+    fn default() -> Self {
+        Self { tolerance_m: 0.002, smoothing_frames: 0.0, least_motion_m: 0.0 }
+    }
+}
+
+/// Stabilises `take` (metres) by the markers `rigid`, whose places at rest stand in the one frame of `neutral`.
 ///
 /// # Errors
 /// Where `neutral` has not one frame, fewer than three rigid markers are given, one of them has no place, or the tolerance
@@ -74,11 +91,12 @@ pub fn stabilize(
     take: &Markers,
     neutral: &Markers,
     rigid: &[String],
-    tolerance_m: f64,
+    options: &StabilizeOptions,
 ) -> Result<Stabilized, StabilizeError> {
     if neutral.frames() != 1 {
         return Err(StabilizeError::NeutralFrames { frames: neutral.frames() });
     }
+    let StabilizeOptions { tolerance_m, smoothing_frames, least_motion_m } = *options;
     if !(tolerance_m > 0.0 && tolerance_m.is_finite()) {
         return Err(StabilizeError::Tolerance { value: tolerance_m });
     }
@@ -86,18 +104,28 @@ pub fn stabilize(
         return Err(StabilizeError::TooFew { count: rigid.len() });
     }
     let places = rigid.iter().map(|name| placed(name, take, neutral)).collect::<Result<Vec<_>, _>>()?;
-    let mut positions = Vec::with_capacity(take.positions().len());
-    let (mut motions, mut fits) = (Vec::new(), Vec::new());
-    let mut lost_frames = 0;
+    let mut found = Vec::with_capacity(take.frames());
     for frame in 0..take.frames() {
         let points = take.frame(frame);
         let seen = places.iter().filter(|(column, _)| points[*column].is_finite());
         let (seen, rest): (Vec<DVec3>, Vec<DVec3>) =
             seen.map(|(column, place)| (points[*column].as_dvec3(), *place)).unzip();
-        if let Some(found) = steady(&rest, &seen, tolerance_m) {
-            let back = found.motion.inverse();
+        found.push(steady(&rest, &seen, tolerance_m));
+    }
+    let centre = places.iter().map(|(_, place)| *place).sum::<DVec3>() / places.len() as f64;
+    let own: Vec<Option<Rigid>> = found.iter().map(|found| found.as_ref().map(|found| found.motion)).collect();
+    let rest: Vec<DVec3> = places.iter().map(|(_, place)| *place).collect();
+    let calm = calm_motion(&own, centre, smoothing_frames).into_iter();
+    let calm = calm.map(|motion| Some(shrink_motion(&motion?, &rest, least_motion_m)));
+    let mut positions = Vec::with_capacity(take.positions().len());
+    let (mut motions, mut fits) = (Vec::new(), Vec::new());
+    let mut lost_frames = 0;
+    for (frame, (found, motion)) in found.iter().zip(calm).enumerate() {
+        let points = take.frame(frame);
+        if let (Some(found), Some(motion)) = (found, motion) {
+            let back = motion.inverse();
             positions.extend(points.iter().map(|point| back.apply(point.as_dvec3()).as_vec3()));
-            motions.extend(channels(&found.motion).map(|value| value as f32));
+            motions.extend(channels(&motion).map(|value| value as f32));
             let used = found.used.iter().filter(|used| **used).count();
             fits.extend([1000.0 * found.residual_m as f32, used as f32]);
         } else {
@@ -165,6 +193,10 @@ mod tests {
         Markers::new(FrameAxis::new(1, 1.0), names.collect(), positions).unwrap()
     }
 
+    fn tolerance(tolerance_m: f64) -> StabilizeOptions {
+        StabilizeOptions { tolerance_m, ..StabilizeOptions::default() }
+    }
+
     fn rigid() -> Vec<String> {
         (0..4).map(|index| format!("head_{index}")).collect()
     }
@@ -192,7 +224,7 @@ mod tests {
     #[test]
     fn the_head_is_held_still_and_its_motion_told() {
         let (still, moved) = take();
-        let found = stabilize(&moved, &neutral(), &rigid(), 1e-3).unwrap();
+        let found = stabilize(&moved, &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
         for (a, b) in found.markers.positions().iter().zip(still.positions()) {
             assert!(a.distance(*b) < 1e-6, "{a} {b}");
         }
@@ -212,7 +244,8 @@ mod tests {
         for frame in 20..40 {
             positions[frame * 12 + frame % 4] += Vec3::new(0.02, -0.01, 0.03);
         }
-        let found = stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), 1e-3).unwrap();
+        let found =
+            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
         for frame in 20..40 {
             assert_eq!(found.fit.frame(frame)[1] as usize, 3);
             for column in 4..12 {
@@ -227,7 +260,8 @@ mod tests {
         let (_, moved) = take();
         let mut positions = moved.positions().to_vec();
         positions[5 * 12..5 * 12 + 2].fill(Vec3::NAN);
-        let found = stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), 1e-3).unwrap();
+        let found =
+            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
         assert_eq!((found.lost_frames, found.markers.missing()), (1, 12));
         assert!(found.motion.frame(5).iter().all(|value| value.is_nan()));
     }
@@ -237,7 +271,7 @@ mod tests {
         let (_, moved) = take();
         let fault = |neutral: &Markers, rigid: &[&str], tolerance_m: f64| {
             let rigid: Vec<_> = rigid.iter().map(|name| (*name).to_owned()).collect();
-            stabilize(&moved, neutral, &rigid, tolerance_m).unwrap_err().to_string()
+            stabilize(&moved, neutral, &rigid, &tolerance(tolerance_m)).unwrap_err().to_string()
         };
         let at_rest = neutral();
         assert!(fault(&at_rest, &["head_0", "head_1", "haed_2"], 1e-3).contains("did you mean `head_2`?"));

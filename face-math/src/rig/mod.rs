@@ -11,6 +11,7 @@
 //! - [`attach_markers`]: neutral markers onto the neutral surface.
 //! - [`snap_to_vertices`]: markers of a mask that was laid out on the mesh, onto their vertices.
 //! - [`fit_rigid`]: the best rotation and translation between two sets of points.
+//! - [`register()`]: where a capture lies on a rig, when the two do not share a space.
 //! - [`skin_jaw()`]: splits the jaw's motion off a rig whose shapes hold the whole deformation.
 
 mod attach;
@@ -22,6 +23,7 @@ mod jaw_split;
 mod join_shapes;
 mod marker_rig;
 mod puppet;
+mod register;
 mod rigid;
 mod shape_names;
 mod skin_jaw;
@@ -37,6 +39,7 @@ pub use jaw::JawPose;
 pub use join_shapes::{JoinShapesError, Sculpts, join_shapes};
 pub use marker_rig::{MarkerPose, MarkerRig};
 pub use puppet::Puppet;
+pub use register::{Registered, register};
 pub use rigid::{Rigid, RigidError, RigidFit, fit_rigid};
 pub use shape_names::{ShapeNameError, shape_drivers};
 pub use skin_jaw::{JawFit, SkinJawOptions, SkinnedJaw, skin_jaw};

@@ -3,6 +3,7 @@
 //! - [`graph_features`]: what the region networks see (section 4.3 of FDLS).
 //! - [`select_salient`]: which training samples are worth keeping (section 4.2).
 //! - [`align_anchors`]: moves a take's markers towards the puppet by anchor poses (section 4.4.2).
+//! - [`find_anchor`]: the first anchor pose of a take, found by itself.
 //! - [`minimise()`]: L-BFGS in a box, behind every fit.
 //! - [`finetune()`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
 //! - [`match_markers`]: weights from markers by a quadratic programme (Eq. 2 of FDLS), solved by [`BoundedQuadratic`].
@@ -10,6 +11,9 @@
 //! - [`marker_error`], [`weight_error`]: how far solves are off.
 
 mod align;
+mod anchor;
+#[cfg(test)]
+mod anchor_tests;
 mod bounded;
 mod cholesky;
 mod curvature;
@@ -25,6 +29,7 @@ mod minimise_tests;
 mod salience;
 
 pub use align::{AlignError, AlignOptions, Aligned, align_anchors};
+pub use anchor::{FindAnchorError, FindAnchorOptions, FoundAnchor, find_anchor};
 pub use bounded::{BoundedError, BoundedQuadratic, WarmStart};
 pub use features::{FeatureError, fdls_sets, feature_width, graph_features};
 pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};

@@ -2,7 +2,7 @@
 //! fine-tuning.
 
 use crate::patterns::Patterns;
-use face_math::clean::{StabilizeError, find_rigid, stabilize};
+use face_math::clean::{StabilizeError, StabilizeOptions, calm_reach, find_rigid, stabilize};
 use face_math::data::{Curves, Markers};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
@@ -45,11 +45,21 @@ pub struct StabilizeHead {
     /// the noise, and than the marks were painted off their places.
     #[schemars(range(min = 0.001, max = 1000.0))]
     tolerance_mm: f64,
+    /// How far the head's motion is calmed over time: standard deviation of a Gaussian, in frames. The noise of few rigid
+    /// markers otherwise shakes the whole face; 8 leaves a quarter of it, and slow motion as it is. 0 takes each frame
+    /// as it comes.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    smoothing_frames: f64,
+    /// Motions of the head below this count as none, and of others n² / r² is left out, where n is this and r how far the
+    /// rigid markers move (root mean square): in millimetres, a little above the noise of the calmed motion. A take whose
+    /// head is still then stays as it is, bit for bit. 0 takes all motion out.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    least_motion_mm: f64,
 }
 
 impl Default for StabilizeHead {
     fn default() -> Self {
-        Self { rigid: Vec::new(), most_found: 6, tolerance_mm: 2.0 }
+        Self { rigid: Vec::new(), most_found: 6, tolerance_mm: 2.0, smoothing_frames: 0.0, least_motion_mm: 0.0 }
     }
 }
 
@@ -59,7 +69,7 @@ graph_core::register!(StabilizeHead);
 impl Node for StabilizeHead {
     fn card(&self) -> Card {
         let card = Card::new("clean").takes(&MARKERS).takes(&NEUTRAL).still().gives(&STILL).gives(&MOTION).gives(&FIT);
-        if self.rigid.is_empty() { card } else { card.per_frame(0) }
+        if self.rigid.is_empty() { card } else { card.per_frame(calm_reach(self.smoothing_frames)) }
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
@@ -75,7 +85,12 @@ impl Node for StabilizeHead {
             Patterns { parameter: "rigid", what: "marker", names: take.names() }.chosen(&self.rigid)?
         };
         context.go_on()?;
-        let found = stabilize(take, neutral, &rigid, self.tolerance_mm / 1000.0).map_err(told)?;
+        let options = StabilizeOptions {
+            tolerance_m: self.tolerance_mm / 1000.0,
+            smoothing_frames: self.smoothing_frames,
+            least_motion_m: self.least_motion_mm / 1000.0,
+        };
+        let found = stabilize(take, neutral, &rigid, &options).map_err(told)?;
         context.progress(1.0, &[("rigid markers", rigid.len() as f64), ("lost frames", found.lost_frames as f64)]);
         Ok(Outputs::default().with(&STILL, found.markers).with(&MOTION, found.motion).with(&FIT, found.fit))
     }
@@ -139,6 +154,8 @@ mod tests {
         let card = made::<StabilizeHead>(json!({"rigid": ["head_*"]})).card();
         assert_eq!(card.time, Time::PerFrame { halo: 0 });
         assert!(card.input("neutral").unwrap().still);
+        let card = made::<StabilizeHead>(json!({"rigid": ["head_*"], "smoothing_frames": 8.0})).card();
+        assert_eq!(card.time, Time::PerFrame { halo: 24 });
     }
 
     #[test]
@@ -149,6 +166,9 @@ mod tests {
         // The four head markers shake by 0.05 mm a coordinate, and with them the head: most at the chin.
         let off = rms_mm(named.get(&STILL).unwrap(), &take);
         assert!(off < 0.16, "{off} mm");
+        let calm = run(json!({"rigid": ["head_*"], "smoothing_frames": 8.0}), &moved, &neutral).unwrap();
+        let calm_off = rms_mm(calm.get(&STILL).unwrap(), &take);
+        assert!(calm_off < 0.8 * off, "{calm_off} beside {off} mm");
         let found = run(json!({}), &moved, &neutral).unwrap();
         let off = rms_mm(found.get(&STILL).unwrap(), &take);
         assert!(off < 0.16, "found markers: {off} mm");

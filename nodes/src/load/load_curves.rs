@@ -1,6 +1,6 @@
 //! `load_curves`: animation curves from files: range of motion, edits that come back, truth to measure against.
 
-use super::selection::{Mapping, Selection};
+use crate::selection::{Mapping, Selection};
 use face_io::curves::{self, Timing};
 use face_io::gltf;
 use face_math::data::Curves;

@@ -1,6 +1,6 @@
 //! `load_markers`: takes of markers from files; where most graphs begin.
 
-use super::selection::{Mapping, Selection};
+use crate::selection::{Mapping, Selection};
 use crate::unit::Unit;
 use face_io::{LengthUnit, markers};
 use face_math::data::{Markers, nearest_name};

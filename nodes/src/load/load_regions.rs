@@ -1,6 +1,6 @@
 //! `load_regions`: which markers and channels belong together, from a file: what networks are trained by.
 
-use super::selection::{Mapping, Selection};
+use crate::selection::{Mapping, Selection};
 use face_io::regions;
 use face_math::data::Regions;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};

@@ -1,6 +1,6 @@
 //! `load_views`: 2D markers that cameras saw, from a table; what `triangulate_markers` and `project_eye_markers` take.
 
-use super::selection::{Mapping, Selection};
+use crate::selection::{Mapping, Selection};
 use face_io::view_csv;
 use face_math::data::Views;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};

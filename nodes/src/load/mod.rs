@@ -7,7 +7,6 @@ mod load_regions;
 mod load_rig;
 mod load_views;
 mod sample_actor;
-mod selection;
 
 pub use load_cameras::LoadCameras;
 pub use load_curves::LoadCurves;

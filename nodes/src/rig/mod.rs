@@ -5,7 +5,10 @@ mod evaluate_rig;
 mod facs_sweep;
 mod join_shapes;
 mod mix_regions;
+mod place_markers;
 mod range_of_motion;
+mod register_markers;
+mod retarget_curves;
 mod skin_jaw;
 mod synthesize_markers;
 #[cfg(test)]
@@ -16,7 +19,10 @@ pub use evaluate_rig::EvaluateRig;
 pub use facs_sweep::FacsSweep;
 pub use join_shapes::JoinShapes;
 pub use mix_regions::MixRegions;
+pub use place_markers::PlaceMarkers;
 pub use range_of_motion::RangeOfMotion;
+pub use register_markers::RegisterMarkers;
+pub use retarget_curves::RetargetCurves;
 pub use skin_jaw::SkinJaw;
 pub use synthesize_markers::SynthesizeMarkers;
 

@@ -2,11 +2,13 @@
 
 mod frame_range;
 mod parts;
+mod plot;
 mod render_faces;
 mod save_animation;
 mod save_curves;
 mod save_images;
 mod save_markers;
+mod save_plot;
 mod save_scores;
 mod scene;
 
@@ -15,4 +17,5 @@ pub use save_animation::SaveAnimation;
 pub use save_curves::SaveCurves;
 pub use save_images::SaveImages;
 pub use save_markers::SaveMarkers;
+pub use save_plot::SavePlot;
 pub use save_scores::SaveScores;

@@ -40,6 +40,10 @@ pub struct FinetuneCurves {
     markers: Vec<String>,
     /// Frames to fine-tune, as the take numbers them: `1001-1100x2,1200`. All where empty; others keep the raw solve.
     frames: Frames,
+    /// Over how many frames beyond each end of a range fine-tuning fades into the raw solve (half a cosine), so that
+    /// curves do not jump there.
+    #[schemars(range(min = 0, max = 10_000))]
+    falloff_frames: u32,
     /// Whether the jaw stays as it is, once it is settled.
     hold_jaw: bool,
     /// The channels that `hold_jaw` holds, as patterns. Where empty, those that move the rig's jaw (see `skin_jaw`).
@@ -79,6 +83,7 @@ impl Default for FinetuneCurves {
             channels: Vec::new(),
             markers: Vec::new(),
             frames: Frames::default(),
+            falloff_frames: 0,
             hold_jaw: false,
             jaw_channels: Vec::new(),
             sigma_mm: usual.default_noise_mm,
@@ -115,7 +120,14 @@ impl Node for FinetuneCurves {
         for run in self.runs(raw) {
             context.go_on()?;
             let tuned = finetune(&puppet, &cut(raw, &run)?, &cut(captured, &run)?, &options).map_err(named)?;
-            values[run.start * width..run.end * width].copy_from_slice(tuned.curves.values());
+            for place in run.clone() {
+                let share = self.share(raw, place);
+                let tuned = tuned.curves.frame(place - run.start);
+                for (own, tuned) in values[place * width..(place + 1) * width].iter_mut().zip(tuned) {
+                    // Channels that are not fine-tuned keep their bits: their difference is 0.
+                    *own = if share < 1.0 { *own + share * (*tuned - *own) } else { *tuned };
+                }
+            }
             blind += tuned.blind_frames.len();
             unfinished += tuned.unfinished_frames.len();
             context.progress(
@@ -187,10 +199,18 @@ impl FinetuneCurves {
         Ok(moved)
     }
 
-    /// The chosen frames in runs of consecutive positions, none too long.
+    /// How much of the fine-tuned weights a frame takes: 1 in the chosen frames, F frames away from them
+    /// ½ (1 + cos(π F / (falloff + 1))).
+    fn share(&self, raw: &Curves, place: usize) -> f32 {
+        let away = self.frames.distance(frame_number(raw.frame_axis(), place));
+        let part = away as f64 / (f64::from(self.falloff_frames) + 1.0);
+        if part >= 1.0 { 0.0 } else { (0.5 * (1.0 + (std::f64::consts::PI * part).cos())) as f32 }
+    }
+
+    /// The frames to fine-tune, chosen or fading, in runs of consecutive positions, none too long.
     fn runs(&self, raw: &Curves) -> Vec<Range<usize>> {
         let mut runs: Vec<Range<usize>> = Vec::new();
-        let chosen = |place: &usize| self.frames.contains(frame_number(raw.frame_axis(), *place));
+        let chosen = |place: &usize| self.share(raw, *place) > 0.0;
         for place in (0..raw.frames()).filter(chosen) {
             match runs.last_mut() {
                 Some(run) if run.end == place && run.len() < FRAMES_A_TURN => run.end += 1,
@@ -304,6 +324,23 @@ mod tests {
                 assert_eq!(!same, chosen && (1..3).contains(&channel), "frame {frame}, channel {channel}");
             }
         }
+    }
+
+    #[test]
+    fn ends_of_a_range_fade_into_the_raw_solve() {
+        let truth = toy::curves(12, 6);
+        let (raw, markers) = (shaken(&truth), captured(&truth));
+        let whole = tune(json!({}), &raw, &markers).unwrap();
+        let faded = tune(json!({"frames": "105-107", "falloff_frames": 2}), &raw, &markers).unwrap();
+        for (frame, share) in [0.0, 0.0, 0.25, 0.75, 1.0, 1.0, 1.0, 0.75, 0.25, 0.0, 0.0, 0.0].into_iter().enumerate() {
+            for channel in 0..4 {
+                let (own, tuned) = (raw.frame(frame)[channel], whole.frame(frame)[channel]);
+                assert!((faded.frame(frame)[channel] - (own + share * (tuned - own))).abs() < 1e-6, "frame {frame}");
+            }
+        }
+        let cut =
+            tune(json!({"frames": "105-107", "falloff_frames": 2}), &toy::cut(&raw, 3..9), &toy::cut(&markers, 3..9));
+        assert!(toy::same_bits(&faded, 3..9, &cut.unwrap()));
     }
 
     #[test]

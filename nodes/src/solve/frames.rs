@@ -20,11 +20,22 @@ struct Range {
 }
 
 impl Frames {
-    /// Whether `frame` is in the set.
-    pub fn contains(&self, frame: i64) -> bool {
-        let inside =
-            |range: &Range| (range.first..=range.last).contains(&frame) && (frame - range.first) % range.step == 0;
-        self.ranges.is_empty() || self.ranges.iter().any(inside)
+    /// How many frames `frame` is away from the nearest one of the set: 0 within it.
+    pub fn distance(&self, frame: i64) -> u64 {
+        let to = |range: &Range| {
+            // The last frame of the range that its step reaches.
+            let last = range.last - (range.last - range.first) % range.step;
+            let near = if frame <= range.first {
+                range.first
+            } else if frame >= last {
+                last
+            } else {
+                let below = frame - (frame - range.first) % range.step;
+                if frame - below <= range.step - (frame - below) { below } else { below + range.step }
+            };
+            frame.abs_diff(near)
+        };
+        self.ranges.iter().map(to).min().unwrap_or(0)
     }
 }
 
@@ -96,9 +107,19 @@ mod tests {
     #[test]
     fn the_studios_grammar_is_read() {
         let set = frames("1001-1010x3, 1200,-5--3");
-        let inside: Vec<i64> = (-10..1300).filter(|frame| set.contains(*frame)).collect();
+        let inside: Vec<i64> = (-10..1300).filter(|frame| set.distance(*frame) == 0).collect();
         assert_eq!(inside, [-5, -4, -3, 1001, 1004, 1007, 1010, 1200]);
-        assert!(frames("").contains(7) && frames(" ").contains(-7));
+        assert_eq!((frames("").distance(7), frames(" ").distance(-7)), (0, 0));
+    }
+
+    #[test]
+    fn the_way_to_the_nearest_frame_is_counted() {
+        let set = frames("10-20x4,40");
+        for (frame, away) in [(3, 7), (10, 0), (11, 1), (12, 2), (13, 1), (18, 0), (20, 2), (29, 11), (30, 10), (45, 5)]
+        {
+            assert_eq!(set.distance(frame), away, "frame {frame}");
+        }
+        assert_eq!(frames("").distance(-7), 0);
     }
 
     #[test]

@@ -17,18 +17,28 @@ const CURVES: Port<Curves> = Port::new(
     "curves",
     "weights of the take, solved or edited: at each anchor they stand for the channels that its `weights` leave out",
 );
+const FOUND: Port<Anchors> = Port::new(
+    "found",
+    "anchors for a take for which none are given here (`find_anchor`); without it, that is an error",
+);
 const ANCHORS: Port<Anchors> = Port::new("anchors", "the take's and the puppet's markers at each anchor");
 
 /// Takes frames of a take at which the puppet's pose is known: x and g(w) of Eq. 5 of FDLS at each.
 ///
 /// The first anchor should be a neutral frame, or nearly: it corrects all frames alike. Each further one corrects the frames
-/// that look like it. Without `curves`, channels that an anchor does not name are 0: an empty list of weights says that the
+/// that look like it. Where takes come one after the other, each has its own in `by_take`; a take for which none are given has
+/// those of `found`. Without `curves`, channels that an anchor does not name are 0: an empty list of weights says that the
 /// face is at rest there.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SetAnchors {
     /// The anchors, in the order in which they apply.
     anchors: Vec<Anchor>,
+    /// The anchors of certain takes, by the name of the take, in place of `anchors`:
+    /// `{"day2_167": [(frame: 52), (frame: 700, weights: {"jawOpen": 0.3})]}`.
+    by_take: BTreeMap<String, Vec<Anchor>>,
+    /// The name of this take, for `by_take`: `{take}`.
+    take: String,
 }
 
 /// An anchor.
@@ -47,14 +57,24 @@ graph_core::register!(SetAnchors);
 #[typetag::serde(name = "set_anchors")]
 impl Node for SetAnchors {
     fn card(&self) -> Card {
-        Card::new("solve").takes(&MARKERS).takes(&RIG).takes(&ATTACHMENT).may_take(&CURVES).gives(&ANCHORS)
+        Card::new("solve")
+            .takes(&MARKERS)
+            .takes(&RIG)
+            .takes(&ATTACHMENT)
+            .may_take(&CURVES)
+            .may_take(&FOUND)
+            .gives(&ANCHORS)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
         context.go_on()?;
         let take = inputs.get(&MARKERS)?;
         let curves = inputs.may_get(&CURVES)?;
-        if self.anchors.is_empty() {
+        let chosen = self.chosen()?;
+        if chosen.is_empty() {
+            if let Some(found) = inputs.may_get(&FOUND)? {
+                return Ok(Outputs::default().with(&ANCHORS, found.clone()));
+            }
             let problem = "there is no anchor; give at least one: a frame, and the weights that match it";
             return Err(NodeError::parameter("anchors", problem));
         }
@@ -65,23 +85,34 @@ impl Node for SetAnchors {
             .map_err(|error| NodeError::input(ATTACHMENT.name(), error))?;
         let (mut captured, mut posed) = (Vec::new(), Vec::new());
         let mut pose = MarkerPose::default();
-        for anchor in &self.anchors {
+        for anchor in chosen {
             let place = place(take, anchor.frame)?;
             captured.extend_from_slice(take.frame(place));
             puppet.pose(&weights(anchor, &puppet, curves, place)?, &mut pose);
             posed.extend(pose.positions().iter().map(|position| position.as_vec3()));
         }
-        let axis = Anchors::axis(self.anchors.len());
+        let axis = Anchors::axis(chosen.len());
         let captured = Markers::new(axis, take.names().to_vec(), captured).map_err(NodeError::failed)?;
         let posed = Markers::new(axis, puppet.names().to_vec(), posed).map_err(NodeError::failed)?;
-        let frames = self.anchors.iter().map(|anchor| anchor.frame).collect();
+        let frames = chosen.iter().map(|anchor| anchor.frame).collect();
         let anchors = Anchors::new(frames, captured, posed).map_err(NodeError::failed)?;
-        if let Some(blind) = (0..self.anchors.len()).find(|anchor| anchors.offsets(*anchor).is_empty()) {
-            let frame = self.anchors[blind].frame;
+        if let Some(blind) = (0..chosen.len()).find(|anchor| anchors.offsets(*anchor).is_empty()) {
+            let frame = chosen[blind].frame;
             let problem = format!("frame {frame} shows no marker of the puppet; choose a frame in which they are seen");
             return Err(NodeError::parameter("anchors", problem));
         }
         Ok(Outputs::default().with(&ANCHORS, anchors))
+    }
+}
+
+impl SetAnchors {
+    /// The anchors of this take.
+    fn chosen(&self) -> Result<&[Anchor], NodeError> {
+        if !self.by_take.is_empty() && self.take.is_empty() {
+            let problem = "name this take, so that its anchors can be told from those of others: \"{take}\"";
+            return Err(NodeError::parameter("take", problem));
+        }
+        Ok(self.by_take.get(&self.take).unwrap_or(&self.anchors))
     }
 }
 
@@ -185,6 +216,23 @@ mod tests {
     }
 
     #[test]
+    fn each_take_has_its_own_and_others_what_was_found() {
+        let curves = toy::curves(6, 4);
+        let one = set(json!({"anchors": [{"frame": 101}]}), take(&curves), None).unwrap();
+        let node: SetAnchors = made(json!({"by_take": {"b": [{"frame": 104}]}, "take": "a"}));
+        let inputs = || {
+            Inputs::default()
+                .with(&MARKERS, take(&curves))
+                .with(&RIG, toy::rig())
+                .with(&ATTACHMENT, toy::attachment())
+                .with(&FOUND, one.clone())
+        };
+        assert_eq!(compute(&node, &inputs()).unwrap().get(&ANCHORS).unwrap(), &one);
+        let node = SetAnchors { take: "b".into(), ..node };
+        assert_eq!(compute(&node, &inputs()).unwrap().get(&ANCHORS).unwrap().frames(), [104]);
+    }
+
+    #[test]
     fn mistakes_are_named() {
         let curves = toy::curves(6, 3);
         let fault = |parameters: serde_json::Value| set(parameters, take(&curves), None).unwrap_err();
@@ -192,6 +240,9 @@ mod tests {
         assert!(fault(json!({"anchors": [{"frame": 107}]})).contains("the take holds 101 to 106"));
         let error = fault(json!({"anchors": [{"frame": 101, "weights": {"browUpp": 0.5}}]}));
         assert!(error.contains("did you mean `browUp`?"), "{error}");
+        let by_take = json!({"by_take": {"other": [{"frame": 101}]}, "take": "this"});
+        assert!(fault(by_take).contains("there is no anchor"));
+        assert!(fault(json!({"by_take": {"other": [{"frame": 101}]}})).contains("`take`"));
         let gone = take(&curves).with_positions(vec![Vec3::NAN; 72]).unwrap();
         let error = set(json!({"anchors": [{"frame": 101}]}), gone, None).unwrap_err();
         assert!(error.contains("frame 101 shows no marker"), "{error}");

@@ -1,4 +1,4 @@
-//! Which names of a file to keep, and under which names: what the loaders of markers and of curves have in common.
+//! Which names to keep, and under which names: what the loaders of markers and of curves have in common with retargeting.
 
 use crate::patterns::{Patterns, listed};
 use face_math::data::nearest_name;
@@ -6,7 +6,7 @@ use graph_core::node::NodeError;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The parameters `only`, `without` and `rename` of a loader.
-pub(super) struct Selection<'a> {
+pub(crate) struct Selection<'a> {
     /// What is named, for messages: `marker` or `channel`.
     pub what: &'static str,
     /// Patterns of names to keep; all where empty.
@@ -21,7 +21,7 @@ pub(super) struct Selection<'a> {
 
 /// How strictly the names of a selection are held against those of a file.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Mapping {
+pub(crate) struct Mapping {
     /// Whether names and patterns may fit nothing in the file.
     pub allow_absent: bool,
     /// Whether names that `rename` does not mention are left out.
@@ -32,7 +32,7 @@ pub(super) struct Mapping {
 
 /// What a selection keeps.
 #[derive(Debug, PartialEq)]
-pub(super) struct Chosen {
+pub(crate) struct Chosen {
     /// Position in the file and new name of each kept name, in the order of the file.
     pub kept: Vec<(usize, String)>,
     /// Names of the file that `rename` does not mention, of those that `only` and `without` leave.
