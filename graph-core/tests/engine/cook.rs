@@ -317,10 +317,10 @@ fn values_that_memory_has_no_room_for_are_let_go_and_read_again() {
 
 #[test]
 fn what_two_nodes_compute_alike_is_computed_once() {
-    let alike: String =
-        (0..6).map(|node| format!("\"sum{node}\": (kind: \"sum\", in: {{\"series\": [\"read\"]}}),\n")).collect();
+    let nodes = |count: usize, node: &dyn Fn(usize) -> String| (0..count).map(node).collect::<Vec<_>>().join(",\n");
+    let alike = nodes(6, &|node| format!("\"sum{node}\": (kind: \"sum\", in: {{\"series\": [\"read\"]}})"));
     let read = "\"read\": (kind: \"read\", with: (path: \"take.txt\"))";
-    let project = Project::new(&format!("(grimace: 1, nodes: {{\n{alike}{read}}})"));
+    let project = Project::new(&format!("(grimace: 1, nodes: {{\n{alike},\n{read}}})"));
     project.series("take.txt", 40, |t| t as f64);
     let cooked = project.cook();
     assert_eq!((cooked.summary.cooked, cooked.summary.cached), (2, 5), "{:#?}", cooked.events);
@@ -328,10 +328,10 @@ fn what_two_nodes_compute_alike_is_computed_once() {
     project.write("take.txt", "no number\n");
     let failed = project.cook();
     assert_eq!((failed.summary.failed, failed.summary.skipped), (1, 6), "{:#?}", failed.events);
-    let panics: String = (0..3)
-        .map(|node| format!("\"scale{node}\": (kind: \"scale\", in: {{\"series\": \"read\"}}, with: (by: 2000)),\n"))
-        .collect();
-    project.write("graph.ron", &format!("(grimace: 1, nodes: {{\n{panics}{read}}})"));
+    let panics = nodes(3, &|node| {
+        format!("\"scale{node}\": (kind: \"scale\", in: {{\"series\": \"read\"}}, with: (by: 2000))")
+    });
+    project.write("graph.ron", &format!("(grimace: 1, nodes: {{\n{panics},\n{read}}})"));
     project.series("take.txt", 40, |t| t as f64);
     let failed = project.cook();
     assert_eq!((failed.summary.failed, failed.summary.cached), (3, 1), "{:#?}", failed.events);
