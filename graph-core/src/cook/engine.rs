@@ -5,9 +5,11 @@
 //! it become dirty. Cells are looked at in the order of the plan. While a cell is in the making, everything that depends on
 //! it is unsettled and waits; when it is done, what it did not change settles unseen.
 
+use super::carry::Carried;
 use super::cell::{Cell, CellId, Directory, KnownItems, LostLists, Settings};
 use super::cost::Costs;
 use super::event::{Event, Summary};
+use super::live::{Mail, list_origins, wanted};
 use super::memory::Memory;
 use super::refold::Stood;
 use super::results::Message;
@@ -15,7 +17,7 @@ use super::session::{Session, session_name};
 use super::shared::Shared;
 use super::tasks::Task;
 use crate::document::{Diagnostic, Override};
-use crate::files::{Fingerprints, Signature};
+use crate::files::{Fingerprints, Gate, Signature};
 use crate::plan::{OriginId, Plan};
 use crate::store::{Store, StoreError};
 use rayon::ThreadPool;
@@ -48,6 +50,8 @@ pub struct Options {
     pub resident: bool,
     /// Whether results are kept that are computed again in less time than they would be read.
     pub keep_cheap: bool,
+    /// Which files may be read; all where there is none.
+    pub gate: Option<Arc<Gate>>,
 }
 
 impl Default for Options {
@@ -60,6 +64,7 @@ impl Default for Options {
             dry: false,
             resident: false,
             keep_cheap: false,
+            gate: None,
         }
     }
 }
@@ -120,7 +125,7 @@ pub struct Engine {
     pub(super) overrides: Vec<Override>,
     pub(super) options: Options,
     pub(super) shared: Arc<Shared>,
-    receiver: Receiver<Message>,
+    pub(super) receiver: Receiver<Mail>,
     pool: Option<ThreadPool>,
     /// What the last cook of an earlier process knew; records move from here into cells.
     pub(super) session: Session,
@@ -155,6 +160,15 @@ pub struct Engine {
     pub(super) making: HashMap<Digest, CellId>,
     pub(super) twins: HashMap<Digest, Vec<CellId>>,
     pub(super) running: usize,
+    /// How often cells were made anew.
+    pub(super) generation: u64,
+    pub(super) carried: Carried,
+    pub(super) next_plan: Option<Box<Plan>>,
+    pub(super) changes_taken: u64,
+    /// Content of files when they were last let in.
+    pub(super) good: BTreeMap<PathBuf, Digest>,
+    /// What failed under which key.
+    pub(super) failures: HashMap<Digest, String>,
     pub(super) costs: Costs,
     /// Memory for encodings that are only hashed.
     pub(super) scratch: Vec<u8>,
@@ -178,22 +192,10 @@ impl Engine {
         cancel: Arc<AtomicBool>,
         tell: Option<Arc<Tell>>,
     ) -> Result<Self, CookError> {
-        let mut wanted = Vec::new();
-        for name in &options.only {
-            let found = plan.find(name);
-            if found.is_empty() {
-                return Err(CookError::UnknownNode(Box::new(plan.unknown_node(name))));
-            }
-            wanted.extend(found);
-        }
-        let marked = plan.with_ancestors(&wanted);
-        let folded: Vec<usize> = (0..plan.nodes.len()).filter(|node| wanted.is_empty() || marked[*node]).collect();
+        let wanted = wanted(&plan, &options)?;
         let mut session = Session::load(&store, &plan.root().path);
+        let known = session.files.iter().map(|(path, file)| (path.clone(), file.digest)).collect();
         let files = Fingerprints::new(std::mem::take(&mut session.files));
-        let mut list_origins: HashMap<usize, Vec<OriginId>> = HashMap::new();
-        for (index, origin) in plan.origins.iter().enumerate().filter(|(_, origin)| origin.port.is_some()) {
-            list_origins.entry(origin.node).or_default().push(index);
-        }
         let (sender, receiver) = channel();
         let (block_frames, keep_cheap) = (options.block_frames, options.keep_cheap);
         let memory = Arc::new(Memory::new(options.memory_bytes));
@@ -210,12 +212,12 @@ impl Engine {
             directory: Directory::new(),
             known_items: KnownItems::new(),
             listed: BTreeMap::new(),
-            wanted: folded.clone(),
-            folded,
+            wanted: wanted.clone(),
+            folded: wanted,
             lost_lists: LostLists::new(),
             items_changed: false,
             stood: HashMap::new(),
-            list_origins,
+            list_origins: list_origins(&plan),
             settings: HashMap::new(),
             paths: plan.nodes.iter().enumerate().map(|(at, node)| (node.path.clone(), at)).collect(),
             ready: BinaryHeap::new(),
@@ -224,6 +226,12 @@ impl Engine {
             making: HashMap::new(),
             twins: HashMap::new(),
             running: 0,
+            generation: 0,
+            carried: Carried::default(),
+            next_plan: None,
+            changes_taken: 0,
+            good: known,
+            failures: HashMap::new(),
             costs: Costs::of(&plan, options.keep_cheap),
             scratch: Vec::new(),
             summary: Summary::default(),
@@ -262,10 +270,13 @@ impl Engine {
         for id in std::mem::take(&mut self.failed) {
             self.mark(id);
         }
-        self.unfold_now();
+        self.take_changes();
+        if !self.items_changed {
+            self.unfold_now();
+        }
         loop {
             if std::mem::take(&mut self.items_changed) {
-                self.refold();
+                self.refold()?;
             }
             self.run();
             if !self.items_changed || self.cancelled() || self.broken.is_some() {
@@ -304,13 +315,20 @@ impl Engine {
                     self.evaluate(id);
                 }
             }
-            if self.running == 0 {
+            // A result that is still asked for is not waited for where cells are about to be made anew.
+            if self.stops_orphans() || self.items_changed && !self.cancelled() && self.may_refold() {
                 return;
             }
-            if let Ok(message) = self.receiver.recv_timeout(Duration::from_millis(100)) {
-                self.running -= 1;
-                self.receive(message);
-                self.make_room();
+            match self.receiver.recv_timeout(Duration::from_millis(100)) {
+                Ok(Mail::Result { generation, message }) => {
+                    self.running -= 1;
+                    if let Some(message) = self.addressed(generation, message) {
+                        self.receive(message);
+                        self.make_room();
+                    }
+                }
+                Ok(Mail::Change(change)) => self.take_change(change),
+                Err(_) => {}
             }
         }
     }
@@ -336,11 +354,12 @@ impl Engine {
                 }
             },
         };
-        let shared = Arc::clone(&self.shared);
+        let (shared, generation) = (Arc::clone(&self.shared), self.generation);
         pool.spawn(move || {
             let message = shared.guarded(id, work);
+            let mail = Mail::Result { generation, message };
             // Nobody waits any more where the engine is gone.
-            let _ = shared.sender.send(message);
+            let _ = shared.sender.send(mail);
         });
         self.running += 1;
     }

@@ -3,6 +3,7 @@
 use super::cell::{CellId, Made, SlotSet, Slots, State, Wire, link_digest};
 use super::engine::Engine;
 use super::event::Event;
+use super::job::content_of;
 use super::session::Reason;
 use super::slot::Slot;
 use super::why::told;
@@ -56,6 +57,9 @@ impl Engine {
         if let Some(action) = self.known(id, &made) {
             return self.cached(id, made, action);
         }
+        if let Some(problem) = self.failures.get(&made.key).cloned() {
+            return self.fail(id, &problem);
+        }
         let reason = self.reason(id, &made);
         if self.options.dry {
             return self.would_cook(id, told(&self.cause(id, &reason)), true);
@@ -77,11 +81,10 @@ impl Engine {
     }
 
     /// The content of a cell's source file, as it enters keys.
-    pub(super) fn file_content(&self, id: CellId) -> Result<Option<Digest>, String> {
-        let Some(file) = &self.cells[id].file else { return Ok(None) };
-        let content = self.shared.files.digest(file).map_err(|problem| format!("{}: {problem}", file.display()))?;
-        let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        Ok(Some(Hasher::new("file").bytes(ending.as_bytes()).digest(&content).finish()))
+    pub(super) fn file_content(&mut self, id: CellId) -> Result<Option<Digest>, String> {
+        let Some(file) = self.cells[id].file.clone() else { return Ok(None) };
+        let content = self.content(&file)?;
+        Ok(Some(content_of(&file, &content)))
     }
 
     /// The key: settings, file, and the content of every input; `None` where an input has no value.

@@ -10,9 +10,10 @@ use super::slot::{Absent, Slot};
 use super::why::told;
 use crate::node::{Inputs, NodeError, PortFacts, PortValue};
 use crate::store::ValueRecord;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
-use wire::{Digest, Encoder, Value};
+use wire::{Encoder, Value};
 
 impl Engine {
     /// Computes a cheap whole cell, all of whose inputs are at hand.
@@ -25,13 +26,16 @@ impl Engine {
             blocks: 0,
         });
         let before_s = self.before_s(id);
-        match self.result_here(id, made.key, before_s) {
+        match self.result_here(id, &made, before_s) {
             Ok(finished) => {
                 self.costs.learn(self.cells[id].plan, finished.seconds);
                 self.cooked(id, made, reason, finished, (0, 0));
             }
             Err(JobError::Node(NodeError::Cancelled)) if self.cancelled() => self.mark(id),
-            Err(JobError::Node(error)) => self.fail(id, &error.to_string()),
+            Err(JobError::Node(error)) => {
+                self.note_failure(id, made.key, &error.to_string());
+                self.fail(id, &error.to_string());
+            }
             Err(JobError::Store(error)) => {
                 self.broken.get_or_insert(error.into());
             }
@@ -43,14 +47,21 @@ impl Engine {
         }
     }
 
-    fn result_here(&mut self, id: CellId, key: Digest, before_s: f64) -> Result<Finished, JobError> {
+    fn result_here(&mut self, id: CellId, made: &Made, before_s: f64) -> Result<Finished, JobError> {
         let cell = &self.cells[id];
         let mut inputs = Inputs::default();
         for link in &cell.links {
             inputs.set(link.port.name, self.fetch(link)?);
         }
-        let desk =
-            Desk { shared: &self.shared, name: &cell.name, key, file: cell.file.as_deref(), reads: Mutex::default() };
+        let desk = Desk {
+            shared: &self.shared,
+            name: &cell.name,
+            key: made.key,
+            file: cell.file.as_deref(),
+            content: made.file,
+            stale: &AtomicBool::new(false),
+            reads: Mutex::default(),
+        };
         let _span = tracing::debug_span!("cook", cell = cell.name.as_str()).entered();
         let start = Instant::now();
         let mut outputs = desk.compute(cell.node.as_ref(), cell.item(), &inputs)?;

@@ -10,6 +10,7 @@ use crate::store::{Action, StoreError, ValueRecord};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use wire::{Digest, Hasher, Value};
@@ -60,6 +61,10 @@ pub(crate) struct Job {
     /// The part of the blocks' keys that all of them share.
     pub base_key: Digest,
     pub file: Option<PathBuf>,
+    /// What the file held when the key was made, with its ending.
+    pub content: Option<Digest>,
+    /// Raised where no cell asks for the result any more.
+    pub stale: Arc<AtomicBool>,
     pub inputs: Vec<JobInput>,
     /// Seconds to have the inputs again, where they are not kept.
     pub before_s: f64,
@@ -73,10 +78,16 @@ pub(crate) struct Desk<'a> {
     pub name: &'a str,
     pub key: Digest,
     pub file: Option<&'a Path>,
+    pub content: Option<Digest>,
+    pub stale: &'a AtomicBool,
     pub reads: Mutex<Vec<(String, Digest)>>,
 }
 
 impl Host for Desk<'_> {
+    fn stale(&self) -> bool {
+        self.stale.load(Ordering::Relaxed)
+    }
+
     fn memory_bytes(&self) -> u64 {
         self.shared.memory.budget
     }
@@ -90,8 +101,12 @@ impl Host for Desk<'_> {
 
     fn source(&self) -> Result<SourceFile, NodeError> {
         let path = self.file.ok_or_else(|| NodeError::failed("this node has no source file"))?;
-        let (bytes, _) =
+        let (bytes, digest) =
             self.shared.files.read(path).map_err(|problem| NodeError::file(&path.display().to_string(), problem))?;
+        if self.content.is_some_and(|known| known != content_of(path, &digest)) {
+            let problem = "changed while it was being cooked; cook again once nobody writes it";
+            return Err(NodeError::file(&path.display().to_string(), problem));
+        }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(SourceFile { name, bytes })
     }
@@ -122,6 +137,12 @@ impl Desk<'_> {
         catch_unwind(AssertUnwindSafe(|| node.compute(&context, inputs)))
             .unwrap_or_else(|panic| Err(NodeError::Failed(panic_text(panic.as_ref()))))
     }
+}
+
+/// The content of a source file as it enters keys: with its ending, by which formats are told apart.
+pub(crate) fn content_of(file: &Path, content: &Digest) -> Digest {
+    let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    Hasher::new("file").bytes(ending.as_bytes()).digest(content).finish()
 }
 
 /// What the computation of a block gave.
@@ -168,7 +189,8 @@ impl Job {
             shared.tell(|| started);
         }
         let (name, key, file) = (self.name.as_str(), self.key, self.file.as_deref());
-        let desk = Desk { shared, name, key, file, reads: Mutex::default() };
+        let (content, stale) = (self.content, self.stale.as_ref());
+        let desk = Desk { shared, name, key, file, content, stale, reads: Mutex::default() };
         let outputs = desk.compute(self.node.as_ref(), &self.item, inputs)?;
         Ok((outputs, desk.reads.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }

@@ -4,10 +4,11 @@
 //! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
 //! holds values in `slot`s, as many as `memory` allows, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
-//! for `why` (`reason`). [`cook()`] does all of it once, unless the graph is at `rest`.
+//! for `why` (`reason`). What changes while a cook runs is taken in at once (`live`, `carry`). [`cook()`] does all of it once, unless the graph is at `rest`.
 
 mod artifact;
 mod blocks;
+mod carry;
 mod cell;
 mod cost;
 mod edit;
@@ -18,6 +19,7 @@ mod in_place;
 mod job;
 mod join;
 mod key;
+mod live;
 mod memory;
 mod publish;
 mod push;
@@ -36,6 +38,7 @@ pub use artifact::{Artifact, FILES};
 pub use edit::EditError;
 pub use engine::{CookError, Engine, Options, Tell, cook};
 pub use event::{Event, Summary};
+pub use live::{Change, Changes, Seen};
 pub use rest::Rest;
 pub use session::{Cause, CellRecord, NodeRecord, Session, session_name};
 pub use why::story;

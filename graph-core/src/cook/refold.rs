@@ -2,7 +2,7 @@
 //! into the new cells, as it would from one process to the next, but with the values that are in memory.
 
 use super::cell::{Cell, Directory, KnownItems, LostLists, Slots};
-use super::engine::Engine;
+use super::engine::{CookError, Engine};
 use wire::Digest;
 
 /// What is known of a cell that is about to be made anew, beside its record.
@@ -25,8 +25,11 @@ impl Stood {
 
 impl Engine {
     /// Folds all nodes, and makes those cells anew whose items are known.
-    pub(super) fn refold(&mut self) {
+    pub(super) fn refold(&mut self) -> Result<(), CookError> {
         self.session = self.knowledge();
+        self.carry();
+        // A file that goes and comes again is a new one.
+        self.good.retain(|path, _| path.exists());
         for cell in std::mem::take(&mut self.cells) {
             if let Some(slots) = cell.slots().cloned() {
                 let (key, changed_run, again_s) = (cell.made.key, cell.changed_run, cell.again_s);
@@ -42,7 +45,10 @@ impl Engine {
         self.failed.clear();
         // Told anew by the cells that are made anew.
         (self.summary.failed, self.summary.skipped, self.summary.blocks_cached) = (0, 0, 0);
+        self.listed.clear();
+        self.replan()?;
         self.folded.clone_from(&self.wanted);
         self.unfold();
+        Ok(())
     }
 }

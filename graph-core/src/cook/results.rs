@@ -18,6 +18,25 @@ pub(crate) enum Message {
     Published { cell: CellId, result: Result<super::publish::Written, JobError> },
 }
 
+impl Message {
+    /// The cell that it is about.
+    pub fn cell(&self) -> CellId {
+        match self {
+            Self::Block { cell, .. } | Self::Whole { cell, .. } | Self::Joined { cell, .. } => *cell,
+            Self::Published { cell, .. } => *cell,
+        }
+    }
+
+    /// The same of another cell.
+    pub fn of(mut self, id: CellId) -> Self {
+        match &mut self {
+            Self::Block { cell, .. } | Self::Whole { cell, .. } | Self::Joined { cell, .. } => *cell = id,
+            Self::Published { cell, .. } => *cell = id,
+        }
+        self
+    }
+}
+
 impl Engine {
     /// Takes what a job tells.
     pub(super) fn receive(&mut self, message: Message) {
@@ -81,6 +100,7 @@ impl Engine {
             known: self.cells[id].slots().filter(|_| task.fresh.is_none()).cloned(),
         };
         task.jobs += 1;
+        task.joining = true;
         self.spawn(id, move |shared| Message::Joined { cell: id, result: join.run(shared) });
     }
 
@@ -180,6 +200,7 @@ impl Engine {
         };
         let Some(task) = self.tasks.remove(&id) else { return };
         if let Some((made, _)) = &task.fresh {
+            self.note_failure(id, made.key, &problem);
             self.fail(id, &problem);
             self.release_twins(&made.key);
         } else {

@@ -5,6 +5,7 @@ use super::engine::Tell;
 use super::event::Event;
 use super::job::{JobError, panic_text};
 use super::memory::Memory;
+use super::live::Mail;
 use super::results::Message;
 use crate::files::Fingerprints;
 use crate::node::NodeError;
@@ -25,7 +26,7 @@ pub(crate) struct Shared {
     /// Whether results are kept that are computed again in less time than they would be read.
     pub keep_cheap: bool,
     /// Where jobs send what they gave.
-    pub sender: Sender<Message>,
+    pub sender: Sender<Mail>,
 }
 
 impl Shared {

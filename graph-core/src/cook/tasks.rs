@@ -15,6 +15,7 @@ use super::why::told;
 use crate::node::NodeError;
 use crate::store::Action;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use wire::Digest;
 
@@ -36,6 +37,10 @@ pub(crate) struct Task {
     pub waits: usize,
     pub waiters: Vec<CellId>,
     pub jobs: usize,
+    /// Whether its last job runs, which puts blocks together.
+    pub joining: bool,
+    /// Raised where no cell asks for its result any more.
+    pub stale: Arc<AtomicBool>,
     /// How often values were found missing; a few times is bad luck, more is a broken disk.
     pub tries: usize,
 }
@@ -63,7 +68,7 @@ impl Engine {
         if frames.is_none() && self.costs.cheap(self.cells[id].plan) && !self.waits_for_values(id) {
             return self.compute_here(id, made, reason);
         }
-        if self.follows_twin(id, &made.key) {
+        if self.adopts(id, &made) || self.follows_twin(id, &made.key) {
             return;
         }
         let mut task = Task::new(frames);
@@ -246,7 +251,7 @@ impl Engine {
             let before = before_keys.get(block).copied();
             let (own, needed) = (frames.of_block(block), frames.with_halo(block));
             self.spawn(id, move |shared| {
-                let result = if shared.cancel.load(std::sync::atomic::Ordering::Relaxed) {
+                let result = if shared.cancel.load(Ordering::Relaxed) || job.stale.load(Ordering::Relaxed) {
                     Err(NodeError::Cancelled.into())
                 } else {
                     job.block(shared, &own, &needed, has_halo, before)
@@ -274,6 +279,8 @@ impl Engine {
             key: task.fresh.as_ref().map_or(cell.made.key, |(made, _)| made.key),
             base_key: cell.base_key,
             file: cell.file.clone(),
+            content: task.fresh.as_ref().map_or(cell.made.file, |(made, _)| made.file),
+            stale: Arc::clone(&task.stale),
             inputs,
             before_s: self.before_s(id),
             started: Mutex::new(started),
@@ -282,6 +289,11 @@ impl Engine {
 }
 
 impl Task {
+    /// The key under which a result is computed.
+    pub fn key(&self) -> Option<Digest> {
+        self.fresh.as_ref().map(|(made, _)| made.key)
+    }
+
     fn new(frames: Option<Frames>) -> Self {
         Self {
             fresh: None,
@@ -294,6 +306,8 @@ impl Task {
             waits: 0,
             waiters: Vec::new(),
             jobs: 0,
+            joining: false,
+            stale: Arc::default(),
             tries: 0,
         }
     }

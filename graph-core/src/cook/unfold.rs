@@ -86,11 +86,12 @@ impl Engine {
                 Err(_) => None,
             };
             let found = pattern.as_ref().map_or(Ok(BTreeMap::new()), file_items);
-            let found = found.unwrap_or_else(|problem| {
+            let mut found = found.unwrap_or_else(|problem| {
                 self.tell(|| Event::Notice { about: node.path.clone(), message: problem });
                 BTreeMap::new()
             });
-            if found.is_empty() {
+            found.retain(|_, file| file.as_ref().is_none_or(|file| self.is_there(file)));
+            if found.is_empty() && self.options.gate.is_none() {
                 let path = pattern.as_ref().map_or_else(String::new, |pattern| pattern.path().display().to_string());
                 let message = format!("no file matches {path}, so there is nothing to cook for it");
                 self.tell(|| Event::Notice { about: node.path.clone(), message });

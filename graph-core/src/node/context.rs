@@ -18,6 +18,11 @@ pub trait Host: Sync {
     /// Bytes of memory that the node may take.
     fn memory_bytes(&self) -> u64;
 
+    /// Whether nobody asks for the result of the running node any more.
+    fn stale(&self) -> bool {
+        false
+    }
+
     /// Progress of the running node: fraction done, and named numbers such as a loss.
     fn progress(&self, fraction: f64, numbers: &[(&str, f64)]);
 
@@ -60,7 +65,7 @@ impl<'a> Context<'a> {
 
     /// Whether the cook was cancelled; long loops ask at least every 100 ms.
     pub fn cancelled(&self) -> bool {
-        self.cancelled.load(Ordering::Relaxed)
+        self.cancelled.load(Ordering::Relaxed) || self.host.stale()
     }
 
     /// Leaves the computation where the cook was cancelled.
