@@ -27,6 +27,7 @@ mod settings;
 mod shell;
 mod signals;
 pub mod tell;
+mod watch;
 mod why;
 pub mod words;
 
@@ -55,6 +56,7 @@ fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
     }
     match &cli.command {
         Command::Run(arguments) => run::run(arguments, &cli.global),
+        Command::Watch(arguments) => watch::watch(arguments, &cli.global),
         Command::Check(arguments) => check::check(arguments),
         Command::Plan(arguments) => plan::plan(arguments),
         Command::Why(arguments) => why::why(arguments),

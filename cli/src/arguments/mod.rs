@@ -2,9 +2,11 @@
 
 mod cache;
 mod shell;
+mod watch;
 
 pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
 pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
+pub use watch::Watch;
 
 use crate::colours::When;
 use crate::logs::Level;
@@ -60,6 +62,8 @@ pub struct Global {
 pub enum Command {
     /// Cook a graph: compute what changed, and write its files
     Run(Run),
+    /// Cook a graph, and again whenever its files change
+    Watch(Watch),
     /// Find every mistake in a graph, without cooking it
     Check(Check),
     /// Say what a cook would compute, and why
@@ -87,6 +91,7 @@ impl Command {
     pub fn graph(&mut self) -> Option<&PathBuf> {
         match self {
             Self::Run(Run { graph, .. })
+            | Self::Watch(Watch { graph, .. })
             | Self::Check(Check { graph, .. })
             | Self::Plan(Plan { graph, .. })
             | Self::Dot(Dot { graph }) => Some(&graph.graph),
@@ -100,7 +105,9 @@ impl Command {
     /// The store that the command uses, and how it cooks.
     pub fn settable(&mut self) -> (Option<&mut StoreArguments>, Option<&mut CookArguments>) {
         match self {
-            Self::Run(Run { store, cook, .. }) | Self::Plan(Plan { store, cook, .. }) => (Some(store), Some(cook)),
+            Self::Run(Run { store, cook, .. })
+            | Self::Watch(Watch { store, cook, .. })
+            | Self::Plan(Plan { store, cook, .. }) => (Some(store), Some(cook)),
             Self::Why(why) => (Some(&mut why.store), None),
             Self::Cache(cache) => (Some(cache.command.place().1), None),
             _ => (None, None),

@@ -25,7 +25,10 @@ pub enum Change {
 /// What comes to the coordinating thread.
 pub(crate) enum Mail {
     /// A job of the cells that were made in `generation` tells something.
-    Result { generation: u64, message: Message },
+    Result {
+        generation: u64,
+        message: Message,
+    },
     Change(Change),
 }
 
@@ -121,16 +124,23 @@ impl Engine {
         let Some(gate) = self.options.gate.clone() else {
             return self.shared.files.digest(path).map_err(|problem| format!("{}: {problem}", path.display()));
         };
-        if gate.lets_in(path) {
+        let free = |engine: &Self| gate.lets_in(path) || !gate.knows(path) && !engine.lists(path);
+        if free(self) {
             let digest = self.shared.files.digest(path).map_err(|problem| format!("{}: {problem}", path.display()))?;
             // It may have been opened for writing while it was read.
-            if gate.lets_in(path) {
+            if free(self) {
                 self.good.insert(path.to_owned(), digest);
                 return Ok(digest);
             }
         }
         let good = self.good.get(path).copied();
         good.ok_or_else(|| format!("{} is still being written; it is cooked once it stands still", path.display()))
+    }
+
+    /// Whether a pattern matches the file at `path`.
+    fn lists(&self, path: &Path) -> bool {
+        let item = path.file_stem().unwrap_or_default().to_string_lossy();
+        self.listed.values().any(|files| files.get(item.as_ref()).is_some_and(|file| file == path))
     }
 
     /// Whether the file at `path` is an item: it has arrived, now or before.

@@ -17,6 +17,11 @@ impl Gate {
         *self.arrived.write().unwrap_or_else(PoisonError::into_inner) = arrived;
     }
 
+    /// Whether a file at `path` ever arrived.
+    pub fn knows(&self, path: &Path) -> bool {
+        self.arrived.read().unwrap_or_else(PoisonError::into_inner).contains_key(path)
+    }
+
     /// Whether the file at `path` arrived, and still looks as it did then. One that is not there is let through: whoever
     /// reads it says so best.
     pub fn lets_in(&self, path: &Path) -> bool {
