@@ -52,6 +52,10 @@ pub fn watch(arguments: &Watch, global: &Global) -> Result<Exit, Trouble> {
     watching.start();
     let mut looked = Instant::now();
     while !signals.stop.load(Ordering::Relaxed) {
+        if let Some(problem) = watching.refused() {
+            teller.end();
+            return Err(problem.into());
+        }
         if signals.rescan.swap(false, Ordering::Relaxed) {
             teller.watch(&WatchEvent::Rescan { because: "asked for by SIGHUP".to_owned() });
             watching.retry();

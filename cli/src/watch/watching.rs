@@ -4,7 +4,7 @@ use super::hints::{Hint, Hints};
 use super::kitchen::{Cooked, Kitchen};
 use super::tell::{Teller, WatchEvent};
 use crate::graph::Asked;
-use graph_core::cook::{Change, Seen};
+use graph_core::cook::{Change, CookError, Seen};
 use graph_core::document::{Diagnostic, Diagnostics};
 use graph_core::files::{Gate, Pattern, Signature};
 use graph_core::watch::{Arrivals, Change as Became, News, Renamed, Wanted, look};
@@ -39,6 +39,8 @@ pub struct Watching {
     /// Whether the graph was found wrong when it was last read.
     broken: bool,
     problems: BTreeSet<String>,
+    /// Why nothing can be cooked at all.
+    refused: Option<CookError>,
 }
 
 impl Watching {
@@ -67,6 +69,7 @@ impl Watching {
             sources: Arrivals::default(),
             broken: false,
             problems: BTreeSet::new(),
+            refused: None,
         }
     }
 
@@ -127,6 +130,11 @@ impl Watching {
     /// Files that are being written, with their sizes in bytes.
     pub fn settling(&self) -> Vec<(PathBuf, u64)> {
         self.sources.settling().map(|(path, bytes)| (path.to_owned(), bytes)).collect()
+    }
+
+    /// Why nothing can be cooked at all: the store cannot be used, or the command line names no node.
+    pub fn refused(&mut self) -> Option<CookError> {
+        self.refused.take()
     }
 
     /// Whether a cook runs.
@@ -213,7 +221,7 @@ impl Watching {
                 } else if self.ready_to_open()
                     && let Err(problem) = self.kitchen.open(plan)
                 {
-                    self.teller.trouble(&problem.to_string());
+                    self.refused = Some(problem);
                 }
             }
             Err(mistakes) => {

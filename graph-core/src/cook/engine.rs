@@ -11,15 +11,16 @@ use super::cost::Costs;
 use super::event::{Event, Summary};
 use super::live::{Mail, list_origins, wanted};
 use super::memory::Memory;
+use super::options::{CookError, Options};
 use super::refold::Stood;
 use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
 use super::tasks::Task;
-use crate::document::{Diagnostic, Override};
-use crate::files::{Fingerprints, Gate, Signature};
+use crate::document::Override;
+use crate::files::{Fingerprints, Signature};
 use crate::plan::{OriginId, Plan};
-use crate::store::{Store, StoreError};
+use crate::store::Store;
 use rayon::ThreadPool;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
@@ -32,56 +33,6 @@ use wire::Digest;
 
 /// Takes what a cook tells.
 pub type Tell = dyn Fn(Event) + Send + Sync;
-
-/// How to cook.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Threads; 0 means one for each core.
-    pub jobs: usize,
-    /// Bytes of memory that the cook may take; none means most of what the machine has.
-    pub memory_bytes: Option<u64>,
-    /// Frames in a block.
-    pub block_frames: usize,
-    /// Only these nodes and what they need; empty means all.
-    pub only: Vec<String>,
-    /// Only say what would be cooked.
-    pub dry: bool,
-    /// Whether values stay in memory after a cook, for the next one of the same engine.
-    pub resident: bool,
-    /// Whether results are kept that are computed again in less time than they would be read.
-    pub keep_cheap: bool,
-    /// Which files may be read; all where there is none.
-    pub gate: Option<Arc<Gate>>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            jobs: 0,
-            memory_bytes: None,
-            block_frames: super::BLOCK_FRAMES,
-            only: Vec::new(),
-            dry: false,
-            resident: false,
-            keep_cheap: false,
-            gate: None,
-        }
-    }
-}
-
-/// Why a cook could not run at all. Failures of nodes are no such error: they are told as events.
-#[derive(Debug, thiserror::Error)]
-pub enum CookError {
-    /// `only` names something that is not in the graph.
-    #[error("{}", .0.message)]
-    UnknownNode(Box<Diagnostic>),
-    /// The store failed.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The threads could not be started.
-    #[error("the pool of threads could not be started: {0}")]
-    Threads(#[from] rayon::ThreadPoolBuildError),
-}
 
 /// Brings every cell of `plan` up to date once, or tells what would be cooked.
 ///

@@ -3,7 +3,7 @@
 use super::cell::{CellId, Made, SlotSet, Slots, State, Wire, link_digest};
 use super::engine::Engine;
 use super::event::Event;
-use super::job::content_of;
+use super::key::content_of;
 use super::session::Reason;
 use super::slot::Slot;
 use super::why::told;

@@ -3,6 +3,7 @@
 use super::cell::{SlotSet, Slots};
 use super::cost::{CHEAP_S, FILE_S};
 use super::event::Event;
+use super::key::content_of;
 use super::shared::Shared;
 use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
 use crate::node::{Card, Context, Host, Inputs, Node, NodeError, Outputs, PortFacts, PortValue, SourceFile};
@@ -137,12 +138,6 @@ impl Desk<'_> {
         catch_unwind(AssertUnwindSafe(|| node.compute(&context, inputs)))
             .unwrap_or_else(|panic| Err(NodeError::Failed(panic_text(panic.as_ref()))))
     }
-}
-
-/// The content of a source file as it enters keys: with its ending, by which formats are told apart.
-pub(crate) fn content_of(file: &Path, content: &Digest) -> Digest {
-    let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    Hasher::new("file").bytes(ending.as_bytes()).digest(content).finish()
 }
 
 /// What the computation of a block gave.

@@ -5,6 +5,7 @@ use super::cell::{Cell, Link, Settings};
 use crate::document::canonical_parameters;
 use crate::node::{Card, Node, Time};
 use std::ops::Range;
+use std::path::Path;
 use wire::{Digest, Hasher};
 
 /// Raise this when the engine itself changes what a key means.
@@ -58,6 +59,12 @@ pub(crate) fn frame_of(settings: &Settings, reads_file: bool, links: &[Link]) ->
         hasher.bytes(link.port.name.as_bytes());
     }
     hasher.finish()
+}
+
+/// The content of a source file as it enters keys: with its ending, by which formats are told apart.
+pub(crate) fn content_of(file: &Path, content: &Digest) -> Digest {
+    let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    Hasher::new("file").bytes(ending.as_bytes()).digest(content).finish()
 }
 
 /// How a per-frame cell is cut into blocks.

@@ -3,7 +3,8 @@
 
 use super::cell::CellId;
 use super::cost::Costs;
-use super::engine::{CookError, Engine, Options};
+use super::engine::Engine;
+use super::options::{CookError, Options};
 use super::results::Message;
 use crate::plan::{OriginId, Plan};
 use std::collections::{BTreeSet, HashMap};

@@ -2,7 +2,8 @@
 //! into the new cells, as it would from one process to the next, but with the values that are in memory.
 
 use super::cell::{Cell, Directory, KnownItems, LostLists, Slots};
-use super::engine::{CookError, Engine};
+use super::engine::Engine;
+use super::options::CookError;
 use wire::Digest;
 
 /// What is known of a cell that is about to be made anew, beside its record.

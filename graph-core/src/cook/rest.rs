@@ -2,8 +2,9 @@
 //! source that nothing changed, without reading the graph. Where it cannot tell so, the graph is cooked as usual.
 
 use super::cell::State;
-use super::engine::{Engine, Options};
+use super::engine::Engine;
 use super::event::{Event, Summary};
+use super::options::Options;
 use super::session::session_name;
 use crate::document::Override;
 use crate::files::{Fingerprint, Pattern, Signature};

@@ -12,7 +12,7 @@ pub type Renamed = BTreeSet<PathBuf>;
 /// What became of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
-    /// It is there and not still, or stood still for too short a time: it is looked at again.
+    /// It is new, or no longer what arrived: it is looked at until it stands still. Told once, when that begins.
     Settling,
     /// It stands still: it may be read. Told again where it has other content, or may have.
     Arrived,
@@ -70,6 +70,7 @@ impl Arrivals {
             let is_new = matches!(known, std::collections::btree_map::Entry::Vacant(_));
             let known = known.or_insert(fresh);
             let moved = known.now != *signature;
+            let began = is_new || moved && known.arrived == Some(known.now);
             if moved {
                 (known.now, known.since) = (*signature, now);
             }
@@ -81,7 +82,7 @@ impl Arrivals {
             if still || renamed.contains(path) {
                 known.arrived = Some(*signature);
                 news.push(News { path: path.clone(), change: Change::Arrived, bytes });
-            } else if is_new || moved {
+            } else if began {
                 news.push(News { path: path.clone(), change: Change::Settling, bytes });
             }
         }
@@ -127,7 +128,7 @@ mod tests {
         let mut arrivals = Arrivals::default();
         let mut look = |at_ms, size| one(&mut arrivals, at_ms, Some(signature(size, i128::from(size))), false);
         assert_eq!(look(0, 10), Some(Change::Settling));
-        assert_eq!(look(1900, 20), Some(Change::Settling));
+        assert_eq!(look(1900, 20), None);
         assert_eq!(look(3800, 20), None);
         assert_eq!(look(3900, 20), Some(Change::Arrived));
         assert_eq!(look(9000, 20), None);
