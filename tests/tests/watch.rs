@@ -30,7 +30,7 @@ const GRAPH: &str = r#"(
 
 /// A network that takes long to train, beside takes that do not need it.
 const TRAINING: &str = r#"
-        "actor":   (kind: "sample_actor", with: (density: 0.5, rom_frames: 600, takes: 1, frames: 30)),
+        "actor":   (kind: "sample_actor", with: (density: 0.5, rom_frames: 600, takes: 1, frames: 60)),
         "attach":  (kind: "attach_markers", in: {"rig": "actor.rig", "neutral": "actor.neutral"}),
         "sweep":   (kind: "facs_sweep", in: {"rig": "actor.rig"}),
         "posed":   (kind: "synthesize_markers", in: {"rig": "actor.rig", "attachment": "attach", "curves": "sweep"}),

@@ -108,7 +108,7 @@ fn number_of(_: &Path) -> Option<(u64, u64)> {
     None
 }
 
-/// Whether `folder` lies on a disk whose changes others make unseen: NFS, SMB, CIFS, FUSE, 9P, AFS, Ceph, Lustre, GPFS, BeeGFS,
+/// Whether `folder` lies on a disk whose changes others make unseen: NFS, SMB, CIFS, FUSE, 9P, AFS, Ceph, Lustre, GPFS, `BeeGFS`,
 /// or a folder of a virtual machine's host. The numbers are those of `linux/magic.h` and of the file systems' own sources.
 #[cfg(target_os = "linux")]
 fn is_remote(folder: &Path) -> bool {

@@ -86,13 +86,17 @@ impl Status {
                 let row = self.rows.entry(item(node)).or_default();
                 row.error.get_or_insert_with(|| format!("{node} ({place}): {error}"));
             }
-            Event::Notice { about, message } => {
-                if self.told.insert(about.clone(), message.clone()).as_ref() != Some(message) {
-                    self.line(&format!("{} {about}: {message}", style("!").yellow().bold().for_stderr()));
-                }
-            }
+            Event::Notice { about, message } => self.notice(about, message),
             Event::Summary(summary) => self.end(summary),
             _ => {}
+        }
+    }
+
+    /// Tells what is worth knowing, once.
+    fn notice(&mut self, about: &str, message: &str) {
+        let before = self.told.insert(about.to_owned(), message.to_owned());
+        if before.as_deref() != Some(message) {
+            self.line(&format!("{} {about}: {message}", style("!").yellow().bold().for_stderr()));
         }
     }
 

@@ -174,9 +174,8 @@ impl Watching {
         self.renamed.clear();
         self.gate.open_to(self.sources.arrived());
         self.tell_news(&source_news);
-        if !first && graph_news.iter().any(|news| news.change != Became::Settling) {
-            self.read_graph();
-        } else if !self.kitchen.is_open() && !self.broken {
+        let edited = !first && graph_news.iter().any(|news| news.change != Became::Settling);
+        if edited || !self.kitchen.is_open() && !self.broken {
             self.read_graph();
         }
         if source_news.iter().any(|news| news.change != Became::Settling) {

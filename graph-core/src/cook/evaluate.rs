@@ -54,6 +54,10 @@ impl Engine {
         }
         let mut made = self.made(id, key, file);
         self.block_keys(id, &mut made);
+        // Before the store is asked: it may have the result of a job whose message is still on its way.
+        if self.adopts(id, &made) {
+            return;
+        }
         if let Some(action) = self.known(id, &made) {
             return self.cached(id, made, action);
         }

@@ -22,16 +22,20 @@ impl Message {
     /// The cell that it is about.
     pub fn cell(&self) -> CellId {
         match self {
-            Self::Block { cell, .. } | Self::Whole { cell, .. } | Self::Joined { cell, .. } => *cell,
-            Self::Published { cell, .. } => *cell,
+            Self::Block { cell, .. }
+            | Self::Whole { cell, .. }
+            | Self::Joined { cell, .. }
+            | Self::Published { cell, .. } => *cell,
         }
     }
 
     /// The same of another cell.
     pub fn of(mut self, id: CellId) -> Self {
         match &mut self {
-            Self::Block { cell, .. } | Self::Whole { cell, .. } | Self::Joined { cell, .. } => *cell = id,
-            Self::Published { cell, .. } => *cell = id,
+            Self::Block { cell, .. }
+            | Self::Whole { cell, .. }
+            | Self::Joined { cell, .. }
+            | Self::Published { cell, .. } => *cell = id,
         }
         self
     }

@@ -68,7 +68,7 @@ impl Engine {
         if frames.is_none() && self.costs.cheap(self.cells[id].plan) && !self.waits_for_values(id) {
             return self.compute_here(id, made, reason);
         }
-        if self.adopts(id, &made) || self.follows_twin(id, &made.key) {
+        if self.follows_twin(id, &made.key) {
             return;
         }
         let mut task = Task::new(frames);
