@@ -63,7 +63,7 @@ fn write_store(store: &Store, values: &[Arc<dyn Value>]) -> Vec<Digest> {
             pack.push(digests[digests.len() - 1], Arc::new(encoding));
         }
         let root = ValueRecord::root(&kind, &digests);
-        store.put_pack(&kind, &root, &pack).expect("the store takes it");
+        store.put_pack(&root, &pack.finish(&kind)).expect("the store takes it");
         root
     };
     values.iter().map(write).collect()

@@ -14,6 +14,7 @@ use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
 use super::tasks::Task;
+use super::writer::Writer;
 use crate::document::{Diagnostic, Override};
 use crate::files::{Fingerprints, Signature};
 use crate::plan::{OriginId, Plan};
@@ -197,7 +198,8 @@ impl Engine {
         let (sender, receiver) = channel();
         let (block_frames, keep_cheap) = (options.block_frames, options.keep_cheap);
         let memory = Arc::new(Memory::new(options.memory_bytes));
-        let shared = Shared { store, files, memory, cancel, tell, block_frames, keep_cheap, sender };
+        let writer = Writer::new(Arc::clone(&store));
+        let shared = Shared { store, writer, files, memory, cancel, tell, block_frames, keep_cheap, sender };
         Ok(Self {
             of_plan: vec![Vec::new(); plan.nodes.len()],
             overrides: overrides.to_vec(),
@@ -303,6 +305,14 @@ impl Engine {
                 if self.cells[id].pending == 0 && self.cells[id].dirty {
                     self.evaluate(id);
                 }
+            }
+            if self.running == 0 {
+                self.shared.writer.finish();
+            }
+            if let Some(problem) = self.shared.writer.problem() {
+                // What still runs would be lost.
+                self.shared.cancel.store(true, Ordering::Relaxed);
+                self.broken.get_or_insert(problem.into());
             }
             if self.running == 0 {
                 return;

@@ -3,7 +3,7 @@
 //! [`Engine`] makes cells from the plan (`cell`, `unfold`; `refold` where a list has other items), pushes changes to those that depend on them (`push`, `edit`), asks of
 //! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
-//! holds values in `slot`s, as many as `memory` allows, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
+//! holds values in `slot`s, as many as `memory` allows, has results written to the store (`writer`) and the nodes' files (`publish`), remembers everything for the next process (`session`) and
 //! for `why` (`reason`). [`cook()`] does all of it once, unless the graph is at `rest`.
 
 mod artifact;
@@ -31,6 +31,7 @@ mod slot;
 mod tasks;
 mod unfold;
 mod why;
+mod writer;
 
 pub use artifact::{Artifact, FILES};
 pub use edit::EditError;

@@ -6,6 +6,7 @@ use super::event::Event;
 use super::job::{JobError, panic_text};
 use super::memory::Memory;
 use super::results::Message;
+use super::writer::Writer;
 use crate::files::Fingerprints;
 use crate::node::NodeError;
 use crate::store::Store;
@@ -16,6 +17,7 @@ use std::sync::mpsc::Sender;
 
 pub(crate) struct Shared {
     pub store: Arc<Store>,
+    pub writer: Writer,
     pub files: Fingerprints,
     pub memory: Arc<Memory>,
     pub cancel: Arc<AtomicBool>,

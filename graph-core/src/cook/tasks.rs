@@ -111,6 +111,9 @@ impl Engine {
     /// The computation under `key` is over, however it went: cells of the same key look whether the store has its result.
     pub(super) fn release_twins(&mut self, key: &Digest) {
         self.making.remove(key);
+        if self.twins.contains_key(key) {
+            self.shared.writer.finish();
+        }
         for twin in self.twins.remove(key).unwrap_or_default() {
             self.mark(twin);
         }
