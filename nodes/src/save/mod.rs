@@ -2,7 +2,6 @@
 
 mod frame_range;
 mod parts;
-mod plot;
 mod render_faces;
 mod save_animation;
 mod save_curves;
