@@ -57,6 +57,9 @@ pub enum Trouble {
     /// A value that was cooked cannot be looked at.
     #[error(transparent)]
     Look(#[from] graph_core::cook::LookError),
+    /// The page of a report cannot be made.
+    #[error(transparent)]
+    Report(Box<report::ReportError>),
     /// A file for people cannot be written.
     #[error("{}: {problem}", path.display())]
     File {
@@ -101,7 +104,7 @@ impl Trouble {
             _ => output::error(&self.to_string(), None),
         }
         match self {
-            Self::Cook(_) | Self::Look(_) => Exit::NodesFailed,
+            Self::Cook(_) | Self::Look(_) | Self::Report(_) => Exit::NodesFailed,
             Self::Golden(_) => Exit::Wrong,
             _ => Exit::CommandLine,
         }

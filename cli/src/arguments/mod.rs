@@ -98,7 +98,7 @@ impl Command {
             | Self::Dot(Dot { graph }) => Some(&graph.graph),
             Self::Why(why) => Some(&why.graph),
             Self::Snapshot(snapshot) => Some(&snapshot.command.of().graph.graph),
-            Self::Report(report) => Some(&report.graph.graph),
+            Self::Report(report) => Some(&report.graph),
             Self::Cache(cache) => cache.command.place().0,
             Self::Config(Config { command: ConfigCommand::Explain(explain) }) => explain.graph.as_ref(),
             Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,

@@ -54,20 +54,22 @@ pub struct SnapshotOf {
 
 /// `grimace report`
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  grimace report graphs/fdls\n  grimace report graph.ron --set takes='day_3/*.c3d' --html out/day_3.html"
-)]
+#[command(after_help = "Examples:\n  grimace report graphs/fdls\n  \
+                  grimace report graph.ron --set takes='day_3/*.c3d' --set out=out/day_3 --out out/day_3.html")]
 pub struct Report {
-    /// The graph.
-    #[command(flatten)]
-    pub graph: GraphArguments,
+    /// A graph file, or a folder that holds a graph.ron
+    #[arg(value_name = "GRAPH")]
+    pub graph: PathBuf,
+    /// Set a parameter of the graph, or one of a node with NODE.PARAM=VALUE; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Where the page is written [default: report.html beside the graph]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     /// How to cook.
     #[command(flatten)]
     pub cook: CookArguments,
     /// The store.
     #[command(flatten)]
     pub store: StoreArguments,
-    /// Where the page is written [default: report.html beside the graph]
-    #[arg(long, value_name = "FILE")]
-    pub html: Option<PathBuf>,
 }

@@ -9,7 +9,7 @@ mod save_images;
 mod save_markers;
 mod save_plot;
 mod save_scores;
-mod scene;
+pub mod scene;
 
 pub use render_faces::RenderFaces;
 pub use save_animation::SaveAnimation;
