@@ -6,6 +6,7 @@ use face_math::data::Curves;
 use graph_core::cook::Engine;
 use plot::{Ink, Line, Plot};
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::sync::Arc;
 
 /// Plots that are drawn, of the takes with the largest errors.
@@ -80,7 +81,7 @@ pub(crate) fn over_time(errors: &[TakeError]) -> Option<Section> {
         "<p>Distance between the puppet's markers and the captured ones: root mean square over the markers of each region.</p>\n",
     );
     if all > shown.len() {
-        body += &format!("<p class=\"quiet\">The {} of {all} with the largest errors.</p>\n", shown.len());
+        let _ = writeln!(body, "<p class=\"quiet\">The {} of {all} with the largest errors.</p>", shown.len());
     }
     body += "<div class=\"row\">\n";
     for error in shown {

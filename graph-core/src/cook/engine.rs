@@ -33,6 +33,7 @@ pub type Tell = dyn Fn(Event) + Send + Sync;
 
 /// How to cook.
 #[derive(Debug, Clone)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 pub struct Options {
     /// Threads; 0 means one for each core.
     pub jobs: usize,

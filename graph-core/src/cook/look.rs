@@ -12,6 +12,9 @@ use std::path::Path;
 use std::sync::Arc;
 use wire::Value;
 
+/// A value with the name under which a gathering port shows it.
+pub type NamedValue = (String, Arc<dyn Value>);
+
 /// A cell after a cook.
 #[derive(Debug)]
 pub struct CellLook<'e> {
@@ -128,7 +131,7 @@ impl Engine {
     ///
     /// # Errors
     /// As [`value`](Self::value).
-    pub fn input(&mut self, id: usize, port: &str) -> Result<Vec<(String, Arc<dyn Value>)>, LookError> {
+    pub fn input(&mut self, id: usize, port: &str) -> Result<Vec<NamedValue>, LookError> {
         let links = self.cells.get(id).into_iter().flat_map(|cell| &cell.links).filter(|link| link.port.name == port);
         let wires: Vec<Wire> = links.flat_map(|link| &link.wires).cloned().collect();
         let mut found = Vec::new();

@@ -37,7 +37,7 @@ pub use artifact::{Artifact, FILES};
 pub use edit::EditError;
 pub use engine::{CookError, Engine, Options, Tell, cook, cook_and};
 pub use event::{Event, Summary};
-pub use look::{CellLook, LookError};
+pub use look::{CellLook, LookError, NamedValue};
 pub use rest::Rest;
 pub use session::{Cause, CellRecord, NodeRecord, Session, session_name};
 pub use why::story;

@@ -114,7 +114,7 @@ impl Work {
             match found.columns.get(column) {
                 Some(now) => self.column(&place, was, now, &expected.held, &found.held),
                 None if expected.width == found.width => {
-                    self.fact(name, &format!("column `{column}`"), "there", "not there", true)
+                    self.fact(name, &format!("column `{column}`"), "there", "not there", true);
                 }
                 None => {}
             }

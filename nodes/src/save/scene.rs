@@ -46,6 +46,9 @@ pub struct Pose<'a> {
 
 impl<'a> Scene<'a> {
     /// Puts the inputs together.
+    ///
+    /// # Errors
+    /// Where they do not fit, or there is no frame.
     pub fn new(
         rig: &'a Rig,
         curves: &Curves,
