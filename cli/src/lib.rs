@@ -22,10 +22,12 @@ mod mistakes;
 mod nodes_command;
 mod output;
 mod plan;
+mod report_command;
 mod run;
 mod settings;
 mod shell;
 mod signals;
+mod snapshot;
 pub mod tell;
 mod why;
 pub mod words;
@@ -61,6 +63,8 @@ fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
         Command::Nodes(arguments) => nodes_command::nodes(arguments),
         Command::Dot(arguments) => dot::dot(arguments),
         Command::Inspect(arguments) => inspect::inspect(arguments),
+        Command::Snapshot(arguments) => snapshot::snapshot(&arguments.command, &cli.global),
+        Command::Report(arguments) => report_command::report(arguments, &cli.global),
         Command::Cache(arguments) => cache::cache(&arguments.command, &cli.global),
         Command::Config(arguments) => match &arguments.command {
             ConfigCommand::Explain(arguments) => settings::explain(arguments, settings),

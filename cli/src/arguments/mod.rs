@@ -2,9 +2,11 @@
 
 mod cache;
 mod shell;
+mod snapshot;
 
 pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
 pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
+pub use snapshot::{Report, Snapshot, SnapshotCommand, SnapshotOf};
 
 use crate::colours::When;
 use crate::logs::Level;
@@ -72,6 +74,10 @@ pub enum Command {
     Dot(Dot),
     /// Say what files hold: markers, curves, rigs, meshes, images
     Inspect(Inspect),
+    /// Keep what a graph gives as text beside it, or compare with what was kept
+    Snapshot(Snapshot),
+    /// Cook a graph and write a page about it, to be read in a browser
+    Report(Report),
     /// Look after the store of results
     Cache(Cache),
     /// Say what settings there are, and what set them
@@ -91,6 +97,8 @@ impl Command {
             | Self::Plan(Plan { graph, .. })
             | Self::Dot(Dot { graph }) => Some(&graph.graph),
             Self::Why(why) => Some(&why.graph),
+            Self::Snapshot(snapshot) => Some(&snapshot.command.of().graph.graph),
+            Self::Report(report) => Some(&report.graph),
             Self::Cache(cache) => cache.command.place().0,
             Self::Config(Config { command: ConfigCommand::Explain(explain) }) => explain.graph.as_ref(),
             Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,
@@ -102,6 +110,11 @@ impl Command {
         match self {
             Self::Run(Run { store, cook, .. }) | Self::Plan(Plan { store, cook, .. }) => (Some(store), Some(cook)),
             Self::Why(why) => (Some(&mut why.store), None),
+            Self::Snapshot(snapshot) => {
+                let of = snapshot.command.of();
+                (Some(&mut of.store), Some(&mut of.cook))
+            }
+            Self::Report(report) => (Some(&mut report.store), Some(&mut report.cook)),
             Self::Cache(cache) => (Some(cache.command.place().1), None),
             _ => (None, None),
         }

@@ -34,6 +34,7 @@ pub type Tell = dyn Fn(Event) + Send + Sync;
 
 /// How to cook.
 #[derive(Debug, Clone)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 pub struct Options {
     /// Threads; 0 means one for each core.
     pub jobs: usize,
@@ -49,6 +50,10 @@ pub struct Options {
     pub resident: bool,
     /// Whether results are kept that are computed again in less time than they would be read.
     pub keep_cheap: bool,
+    /// Whether the files that nodes make are put in their places.
+    pub publish: bool,
+    /// The session to go on from, and to write; the graph's own where none is given.
+    pub session: Option<Digest>,
 }
 
 impl Default for Options {
@@ -61,6 +66,8 @@ impl Default for Options {
             dry: false,
             resident: false,
             keep_cheap: false,
+            publish: true,
+            session: None,
         }
     }
 }
@@ -93,6 +100,21 @@ pub fn cook(
     cancel: Arc<AtomicBool>,
     tell: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, CookError> {
+    cook_and((plan, overrides), store, options, cancel, tell, |_, _| ()).map(|(summary, ())| summary)
+}
+
+/// The same, after which `look` may look at what was cooked.
+///
+/// # Errors
+/// As [`cook`].
+pub fn cook_and<T>(
+    (plan, overrides): (Plan, &[Override]),
+    store: Arc<Store>,
+    options: &Options,
+    cancel: Arc<AtomicBool>,
+    tell: &(dyn Fn(Event) + Sync),
+    look: impl FnOnce(&mut Engine, &Summary) -> T,
+) -> Result<(Summary, T), CookError> {
     let (sender, events) = channel();
     std::thread::scope(|scope| {
         // Events are told on a thread of their own, in their order: who listens slowly does not slow the cook.
@@ -107,11 +129,13 @@ pub fn cook(
         let summary = engine.cook()?;
         engine.remember()?;
         // What people should notice is told again in the next cook.
-        if !options.dry && !noticed.load(Ordering::Relaxed) {
+        let usual = !options.dry && options.publish && options.session.is_none();
+        if usual && !noticed.load(Ordering::Relaxed) {
             engine.come_to_rest()?;
         }
         engine.tell(|| Event::Summary(summary.clone()));
-        Ok(summary)
+        let seen = look(&mut engine, &summary);
+        Ok((summary, seen))
     })
 }
 
@@ -189,7 +213,8 @@ impl Engine {
         }
         let marked = plan.with_ancestors(&wanted);
         let folded: Vec<usize> = (0..plan.nodes.len()).filter(|node| wanted.is_empty() || marked[*node]).collect();
-        let mut session = Session::load(&store, &plan.root().path);
+        let name = options.session.unwrap_or_else(|| session_name(&store, &plan.root().path));
+        let mut session: Session = store.session(&name).unwrap_or_default();
         let files = Fingerprints::new(std::mem::take(&mut session.files));
         let mut list_origins: HashMap<usize, Vec<OriginId>> = HashMap::new();
         for (index, origin) in plan.origins.iter().enumerate().filter(|(_, origin)| origin.port.is_some()) {
@@ -294,7 +319,7 @@ impl Engine {
     }
 
     /// Works until nothing is ready and nothing runs.
-    fn run(&mut self) {
+    pub(super) fn run(&mut self) {
         loop {
             while let Some(Reverse((_, id))) = self.ready.pop() {
                 self.cells[id].queued = false;
@@ -365,7 +390,8 @@ impl Engine {
         }
         let session = self.knowledge();
         let store = &self.shared.store;
-        store.put_session(&session_name(store, &self.plan.root().path), &session)?;
+        let name = self.options.session.unwrap_or_else(|| session_name(store, &self.plan.root().path));
+        store.put_session(&name, &session)?;
         Ok(())
     }
 }

@@ -3,8 +3,9 @@
 //! [`Engine`] makes cells from the plan (`cell`, `unfold`; `refold` where a list has other items), pushes changes to those that depend on them (`push`, `edit`), asks of
 //! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
-//! holds values in `slot`s, as many as `memory` allows, has results written to the store (`writer`) and the nodes' files (`publish`), remembers everything for the next process (`session`) and
-//! for `why` (`reason`). [`cook()`] does all of it once, unless the graph is at `rest`.
+//! holds values in `slot`s, as many as `memory` allows, has results written to the store (`writer`) and the nodes' files (`publish`),
+//! remembers everything for the next process (`session`) and for `why` (`reason`). [`cook()`] does all of it once, unless the
+//! graph is at `rest`. What was cooked is looked at through `look`.
 
 mod artifact;
 mod blocks;
@@ -18,6 +19,7 @@ mod in_place;
 mod job;
 mod join;
 mod key;
+mod look;
 mod memory;
 mod publish;
 mod push;
@@ -35,8 +37,9 @@ mod writer;
 
 pub use artifact::{Artifact, FILES};
 pub use edit::EditError;
-pub use engine::{CookError, Engine, Options, Tell, cook};
+pub use engine::{CookError, Engine, Options, Tell, cook, cook_and};
 pub use event::{Event, Summary};
+pub use look::{CellLook, LookError, NamedValue};
 pub use rest::Rest;
 pub use session::{Cause, CellRecord, NodeRecord, Session, session_name};
 pub use why::story;

@@ -33,7 +33,7 @@ pub(crate) struct Written {
 impl Engine {
     /// Publishes the file of a finished writing cell, where it is not in place already.
     pub(super) fn publish(&mut self, id: CellId) {
-        if self.options.dry {
+        if self.options.dry || !self.options.publish {
             return;
         }
         let cell = &self.cells[id];

@@ -328,9 +328,8 @@ fn what_two_nodes_compute_alike_is_computed_once() {
     project.write("take.txt", "no number\n");
     let failed = project.cook();
     assert_eq!((failed.summary.failed, failed.summary.skipped), (1, 6), "{:#?}", failed.events);
-    let panics = nodes(3, &|node| {
-        format!("\"scale{node}\": (kind: \"scale\", in: {{\"series\": \"read\"}}, with: (by: 2000))")
-    });
+    let panics =
+        nodes(3, &|node| format!("\"scale{node}\": (kind: \"scale\", in: {{\"series\": \"read\"}}, with: (by: 2000))"));
     project.write("graph.ron", &format!("(grimace: 1, nodes: {{\n{panics},\n{read}}})"));
     project.series("take.txt", 40, |t| t as f64);
     let failed = project.cook();
