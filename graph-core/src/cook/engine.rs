@@ -269,7 +269,7 @@ impl Engine {
             if std::mem::take(&mut self.items_changed) {
                 self.refold();
             }
-            self.run();
+            self.work();
             if !self.items_changed || self.cancelled() || self.broken.is_some() {
                 break;
             }
@@ -294,7 +294,7 @@ impl Engine {
     }
 
     /// Works until nothing is ready and nothing runs.
-    fn run(&mut self) {
+    pub(super) fn work(&mut self) {
         loop {
             while let Some(Reverse((_, id))) = self.ready.pop() {
                 self.cells[id].queued = false;
