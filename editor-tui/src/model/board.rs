@@ -122,6 +122,13 @@ impl Board {
         let (inputs, outputs) = (self.cards.len().wrapping_sub(2), self.cards.len().wrapping_sub(1));
         for (name, entry) in &graph.nodes {
             let Some(&to) = self.index.get(name) else { continue };
+            // The list that a nested graph is cooked for comes in at the one input that is left open.
+            if let (Some(list), Body::Graph(_)) = (&entry.for_each, &entry.body) {
+                let open = |port: &PortBox| !port.optional && !entry.inputs.contains_key(&port.name);
+                if let Some(at) = self.cards[to].inputs.iter().position(open) {
+                    self.join(graph, inputs, &list.value, (to, at));
+                }
+            }
             for (port, input) in &entry.inputs {
                 let at = position(&mut self.cards[to].inputs, port);
                 for source in &input.sources {

@@ -72,13 +72,7 @@ fn wires(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
                 }
                 let ink = ink_of(run.from, strong_run || selected == Some(*to));
                 let end = gap.right - 1 - left;
-                if run.y == *y {
-                    grid.level(gap.left - left, end, y - top, ink);
-                } else {
-                    grid.level(gap.left - left, run.turn - left, run.y - top, ink);
-                    grid.upright(run.turn - left, run.y - top, y - top, ink);
-                    grid.level(run.turn - left, end, y - top, ink);
-                }
+                grid.turning((gap.left - left, run.y - top), run.turn - left, (end, y - top), ink);
             }
         }
     }
@@ -239,10 +233,10 @@ impl Card<'_> {
         if standing == Standing::Cooking
             && let Some(facts) = told.filter(|facts| facts.standing == Standing::Cooking)
         {
-            let filled = (facts.fraction * 8.0).round().clamp(0.0, 8.0) as usize;
-            let bar = format!("{}{}", "━".repeat(filled), "╌".repeat(8 - filled));
+            let filled = (facts.fraction * 5.0).round().clamp(0.0, 5.0) as usize;
+            let bar = format!("{}{}", "━".repeat(filled), "╌".repeat(5 - filled));
             let number = facts.numbers.get("loss").map(|loss| format!(" loss {loss:.4}")).unwrap_or_default();
-            return format!("{bar} {:.0} %{number}", facts.fraction * 100.0);
+            return format!("{bar} {:.0}%{number}", facts.fraction * 100.0);
         }
         let total = tally.map_or(0, Tally::total);
         if let (Some(tally), true) = (tally, total > 1) {

@@ -156,7 +156,7 @@ fn row(state: &State, theme: &Theme, pen: &mut Pen<'_>, at: usize, field: &Field
     put(pen.buffer, pen.area, x, pen.y, &cut(&field.name, names - 1), name_style);
     let editing = state.form.editing.as_ref().filter(|_| chosen);
     let value_x = x + names as i32;
-    let room = width - names;
+    let room = width.saturating_sub(names);
     match editing {
         Some(line) => {
             let text = tail(&line.text, line.cursor, room);
@@ -243,7 +243,7 @@ pub fn cursor(state: &State, area: Rect) -> Option<Position> {
     let (top, _) = window(state, inner, pen.y, state.fields().len());
     let width = usize::from(inner.width);
     let names = (width * 9 / 20).clamp(10, 22);
-    let before = line.text[..line.cursor].chars().count().min(width - names - 1);
+    let before = line.text[..line.cursor].chars().count().min(width.saturating_sub(names + 1));
     let y = pen.y + (state.form.at - top.min(state.form.at)) as i32;
     Some(Position { x: inner.x + (names + before) as u16, y: u16::try_from(y).ok()? })
 }

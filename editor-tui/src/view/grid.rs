@@ -66,28 +66,27 @@ impl Grid {
 
     /// A level line, with `from` and `to` in it.
     pub fn level(&mut self, from: i32, to: i32, y: i32, ink: Ink) {
-        let (from, to) = (from.min(to), from.max(to));
         if y < 0 || y >= i32::from(self.area.height) {
             return;
         }
         for x in from.max(0)..=to.min(i32::from(self.area.width) - 1) {
-            let left = if x > from { LEFT } else { 0 };
-            let right = if x < to { RIGHT } else { 0 };
-            let alone = if from == to { LEFT | RIGHT } else { 0 };
-            self.put(x, y, left | right | alone, ink);
+            self.put(x, y, LEFT | RIGHT, ink);
         }
     }
 
-    /// An upright line, with `from` and `to` in it.
-    pub fn upright(&mut self, x: i32, from: i32, to: i32, ink: Ink) {
-        let (from, to) = (from.min(to), from.max(to));
-        if x < 0 || x >= i32::from(self.area.width) {
-            return;
+    /// A wire that comes from the left at (`left`, `from`), turns in the column `turn`, and goes on to (`right`, `to`).
+    pub fn turning(&mut self, (left, from): (i32, i32), turn: i32, (right, to): (i32, i32), ink: Ink) {
+        if from == to {
+            return self.level(left, right, from, ink);
         }
-        for y in from.max(0)..=to.min(i32::from(self.area.height) - 1) {
-            let up = if y > from { UP } else { 0 };
-            let down = if y < to { DOWN } else { 0 };
-            self.put(x, y, up | down, ink);
+        self.level(left, turn - 1, from, ink);
+        self.level(turn + 1, right, to, ink);
+        let (out, into) = if from < to { (DOWN, UP) } else { (UP, DOWN) };
+        self.put(turn, from, LEFT | out, ink);
+        self.put(turn, to, RIGHT | into, ink);
+        let height = i32::from(self.area.height);
+        for y in (from.min(to) + 1).max(0)..from.max(to).min(height) {
+            self.put(turn, y, UP | DOWN, ink);
         }
     }
 
@@ -120,12 +119,11 @@ mod tests {
         let (mut grid, mut buffer) = (Grid::new(area), Buffer::empty(area));
         let ink = |wire| Ink { wire, colour: Color::Green, strong: false };
         grid.level(0, 4, 1, ink(1));
-        grid.upright(3, 0, 2, ink(2));
-        grid.level(0, 1, 0, ink(3));
-        grid.upright(1, 0, 2, ink(3));
-        grid.level(1, 2, 2, ink(3));
+        grid.turning((2, 0), 3, (4, 2), ink(2));
+        grid.turning((0, 0), 1, (2, 2), ink(3));
+        grid.turning((0, 0), 1, (2, 1), ink(3));
         grid.draw(&mut buffer);
         let lines: Vec<String> = (0..3).map(|y| (0..5).map(|x| buffer[(x, y)].symbol()).collect()).collect();
-        assert_eq!(lines, ["─╮ │ ", "─│─│─", " ╰─│ "]);
+        assert_eq!(lines, ["─╮─╮ ", "─├─│─", " ╰─╰─"]);
     }
 }

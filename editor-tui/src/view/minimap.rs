@@ -17,6 +17,13 @@ pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
     }
     let (width, height) = ((area.width / 4).min(30), (area.height / 5).clamp(3, 7));
     let map = Rect::new(area.right() - width - 1, area.bottom() - height - 1, width, height);
+    // It gives way to the selected card.
+    let covered = state.place().is_some_and(|place| {
+        let right = place.x + place.width - level.pan.0 + i32::from(area.x);
+        let bottom = place.y + place.height - level.pan.1 + i32::from(area.y);
+        right >= i32::from(map.x) && bottom >= i32::from(map.y)
+    });
+    let map = if covered { Rect { x: area.x + 1, ..map } } else { map };
     let (columns, rows) = (f64::from(width), f64::from(height) * 2.0);
     let (whole_x, whole_y) = (f64::from(layout.width.max(1)), f64::from(layout.height.max(1)));
     let spot = |x: i32, y: i32| {

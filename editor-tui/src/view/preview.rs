@@ -23,7 +23,11 @@ pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
     let inner = Rect { x: area.x + 1, y: area.y + 1, width: area.width.saturating_sub(2), height: area.height - 1 };
     match &preview.value {
         None => {
-            let text = if preview.of().is_some() { "reading …" } else { "nothing to show" };
+            let text = match (preview.of(), &state.cooking) {
+                (None, _) => "nothing to show",
+                (Some(_), None) => "reading …",
+                (Some(_), Some(_)) => "shown when the cook is over",
+            };
             put(buffer, inner, i32::from(inner.x), i32::from(inner.y) + 1, text, theme.faint());
         }
         Some(Err(problem)) => {
