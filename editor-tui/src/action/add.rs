@@ -55,7 +55,7 @@ pub fn done(state: &mut State, kind: &str, fit: Option<&Fit>, name: &str) -> Res
         effects.extend(wired.map_err(|fault| fault.to_string())?);
     }
     state.select(name);
-    if facts.inputs.first().is_some() && fit.is_none() {
+    if !facts.inputs.is_empty() && fit.is_none() {
         state.level_mut().port = Some(PortAt { input: true, at: 0 });
     }
     state.say(format!("added {name}; w wires it, e edits its parameters"));

@@ -54,7 +54,9 @@ fn restore(state: &mut State, operations: Vec<Operation>, bases: &[(PathBuf, Str
         return effects;
     }
     let mut then = Texts::default();
-    bases.iter().for_each(|(file, base)| then.add(file.clone(), base.clone()));
+    for (file, base) in bases {
+        then.add(file.clone(), base.clone());
+    }
     for operation in operations {
         then.replay(operation);
     }

@@ -117,8 +117,8 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// Edits the open file: makes an operation of what `edit` finds to be changed.
-fn edit<'a>(
-    state: &'a mut State,
+fn edit(
+    state: &mut State,
     label: impl Into<String>,
     edit: impl FnOnce(&Draft<'_>) -> Result<Vec<Change>, EditFault>,
 ) -> Result<Vec<Effect>, EditFault> {

@@ -26,7 +26,7 @@ pub fn open(state: &mut State) -> Vec<Effect> {
     let prefix = format!("{}{}/", state.level().prefix, card.name);
     let (board, layout) = (Arc::default(), Arc::default());
     let (selected, port) = (None, None);
-    state.trail.push(Level { file, name: card.name, prefix, selected, port, pan: (0, 0), board, layout });
+    state.trail.push(Level { file, name: card.name, prefix, selected, port, pan: (0, 0), board, layout, other: None });
     state.refresh();
     state.select_first();
     state.centre();

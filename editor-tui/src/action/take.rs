@@ -16,7 +16,9 @@ pub fn take(state: &mut State, message: Message) -> Vec<Effect> {
                 state.mistakes = Arc::new(mistakes);
                 if !events.is_empty() && state.cooking.is_none() {
                     state.statuses.begin();
-                    events.iter().for_each(|event| state.statuses.take(event));
+                    for event in &events {
+                        state.statuses.take(event);
+                    }
                 }
             }
             Vec::new()

@@ -56,12 +56,12 @@ pub fn closeness(typed: &str, name: &str) -> Option<u32> {
     let mut apart = vec![u32::MAX; typed.len() + 1];
     let mut joined = vec![u32::MAX; typed.len() + 1];
     apart[0] = 0;
-    for at in 0..letters.len() {
+    for (at, letter) in letters.iter().enumerate() {
         for t in (1..=typed.len()).rev() {
-            let matched = if letters[at] == typed[t - 1] {
+            let matched = if *letter == typed[t - 1] {
                 let leap = if begins(at) { 1 } else { 12 };
-                let from_apart = apart[t - 1].checked_add(leap).unwrap_or(u32::MAX);
-                let from_joined = joined[t - 1].checked_add(if begins(at) { 1 } else { 2 }).unwrap_or(u32::MAX);
+                let from_apart = apart[t - 1].saturating_add(leap);
+                let from_joined = joined[t - 1].saturating_add(if begins(at) { 1 } else { 2 });
                 from_apart.min(from_joined)
             } else {
                 u32::MAX

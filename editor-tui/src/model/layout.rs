@@ -120,10 +120,10 @@ impl Layout {
             let (first, last) = (layer_of[wire.from.0], layer_of[wire.to.0]);
             let mut way = vec![wire.from.0];
             if first < last && passes <= MOST_PASSES {
-                for layer in first + 1..last {
+                for (layer, members) in order.iter_mut().enumerate().take(last).skip(first + 1) {
                     let item = *shared.entry((wire.from, layer)).or_insert_with(|| {
                         items.push(Item { card: None, height: 1, before: Vec::new(), after: Vec::new(), y: 0 });
-                        order[layer].push(items.len() - 1);
+                        members.push(items.len() - 1);
                         items.len() - 1
                     });
                     way.push(item);
@@ -218,7 +218,9 @@ fn arrange(order: &mut [Vec<usize>], items: &[Item]) {
         let middle = layer.len() as f64 / 2.0;
         layer.iter().enumerate().for_each(|(position, item)| at[*item] = position as f64 - middle);
     };
-    order.iter().for_each(|layer| note(layer, &mut at));
+    for layer in order.iter() {
+        note(layer, &mut at);
+    }
     let mean = |neighbours: &[(usize, i32, i32)], own: f64, at: &[f64]| {
         let sum: f64 = neighbours.iter().map(|(item, row, _)| at[*item] + f64::from(*row) * 0.05).sum();
         if neighbours.is_empty() { own } else { sum / neighbours.len() as f64 }

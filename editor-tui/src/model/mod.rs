@@ -68,6 +68,8 @@ pub struct Level {
     pub board: Arc<Board>,
     /// Where that stands.
     pub layout: Arc<Layout>,
+    /// Where it stands at the other zoom, once that was asked for.
+    pub other: Option<Arc<Layout>>,
 }
 
 /// What is being asked for in a line.

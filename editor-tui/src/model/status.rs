@@ -180,18 +180,15 @@ impl Statuses {
     fn set(&mut self, name: &str, standing: Standing, note: impl FnOnce(&mut CellFacts)) {
         let known = self.cells.contains_key(name);
         let facts = if known { self.cells.get_mut(name) } else { None };
-        let before = match facts {
-            Some(facts) => {
-                let before = std::mem::replace(&mut facts.standing, standing);
-                note(facts);
-                before
-            }
-            None => {
-                let mut facts = CellFacts { standing, ..CellFacts::default() };
-                note(&mut facts);
-                self.cells.insert(name.to_owned(), facts);
-                Standing::Unknown
-            }
+        let before = if let Some(facts) = facts {
+            let before = std::mem::replace(&mut facts.standing, standing);
+            note(facts);
+            before
+        } else {
+            let mut facts = CellFacts { standing, ..CellFacts::default() };
+            note(&mut facts);
+            self.cells.insert(name.to_owned(), facts);
+            Standing::Unknown
         };
         let (path, item) = name.split_once('@').map_or((name, None), |(path, item)| (path, Some(item)));
         let mut ends: Vec<usize> = path.match_indices('/').map(|(at, _)| at).collect();

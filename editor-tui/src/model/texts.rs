@@ -185,9 +185,7 @@ impl Texts {
         if file.base == theirs {
             return Taken::Same;
         }
-        let (taken, now) = if file.now == file.base {
-            (Taken::Read, theirs.to_owned())
-        } else if file.now == theirs {
+        let (taken, now) = if file.now == file.base || file.now == theirs {
             (Taken::Read, theirs.to_owned())
         } else {
             match merge(&file.base, &file.now, theirs) {
@@ -196,7 +194,7 @@ impl Texts {
             }
         };
         theirs.clone_into(&mut file.base);
-        self.become_text(path, now, "take in what changed on disk");
+        self.become_text(path, &now, "take in what changed on disk");
         taken
     }
 
@@ -205,16 +203,16 @@ impl Texts {
         if let Some(file) = self.files.get_mut(path) {
             theirs.clone_into(&mut file.base);
             if !keep {
-                self.become_text(path, theirs.to_owned(), "take what is on disk");
+                self.become_text(path, theirs, "take what is on disk");
             }
         }
     }
 
     /// Replaces a whole text, as an operation that can be undone.
-    fn become_text(&mut self, path: &Path, text: String, label: &str) {
+    fn become_text(&mut self, path: &Path, text: &str, label: &str) {
         let Some(file) = self.files.get(path) else { return };
         if file.now != text {
-            let operation = Operation { label: label.to_owned(), steps: vec![difference(path, &file.now, &text)] };
+            let operation = Operation { label: label.to_owned(), steps: vec![difference(path, &file.now, text)] };
             self.make(&operation);
             self.done.push(operation);
             self.undone.clear();

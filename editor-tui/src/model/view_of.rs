@@ -26,6 +26,7 @@ impl State {
             pan: (0, 0),
             board: Arc::default(),
             layout: Arc::default(),
+            other: None,
         };
         let mut state = Self {
             texts,
@@ -86,6 +87,7 @@ impl State {
             level.file.clone_from(&file);
             if !same || level.layout.places.len() != board.cards.len() {
                 level.layout = Arc::new(Layout::of(&board, self.zoom));
+                level.other = None;
                 level.board = Arc::new(board);
             }
             let gone = level.selected.as_ref().is_some_and(|name| level.board.find(name).is_none());
@@ -101,7 +103,9 @@ impl State {
     pub fn lay_out(&mut self) {
         let zoom = self.zoom;
         for level in &mut self.trail {
-            level.layout = Arc::new(Layout::of(&level.board, zoom));
+            let made = || Arc::new(Layout::of(&level.board, zoom));
+            let next = level.other.take().unwrap_or_else(made);
+            level.other = Some(std::mem::replace(&mut level.layout, next));
         }
         self.centre();
     }

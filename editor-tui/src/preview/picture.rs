@@ -2,10 +2,11 @@
 
 use face_math::data::{Curves, Image, MarkerNoise, Markers, Meshes, Rig};
 use glam::Vec3;
-use graph_core::wire::Value;
+
 use nodes::values::{Anchors, Networks, Scores};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use wire::Value;
 
 /// What can be drawn of a value.
 #[derive(Debug, Clone)]

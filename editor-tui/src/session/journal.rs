@@ -24,7 +24,7 @@ impl Journal {
     /// The journal of the graph at `root`, with the store at `store`.
     pub fn of(store: &Path, root: &Path) -> Self {
         let whole = root.canonicalize().unwrap_or_else(|_| root.to_owned());
-        let digest = graph_core::wire::Digest::of(whole.as_os_str().as_encoded_bytes());
+        let digest = wire::Digest::of(whole.as_os_str().as_encoded_bytes());
         let name: String = digest.to_string().chars().take(16).collect();
         Self { folder: store.join("edits"), name, open: None, found: Vec::new() }
     }

@@ -226,7 +226,7 @@ impl Session {
     }
 
     fn draw(&mut self, screen: &mut screen::Screen) -> Result<(), SessionError> {
-        let (state, theme) = (&self.state, &self.theme);
+        let (state, theme) = (&self.state, self.theme);
         screen.terminal.draw(|frame| draw(state, theme, frame))?;
         Ok(())
     }
@@ -283,9 +283,7 @@ impl Session {
         self.take(Message::Saved(written));
         if done {
             self.journal.drop_own();
-            for level in [root] {
-                self.seen.forget(&level);
-            }
+            self.seen.forget(&root);
         }
         done
     }
@@ -319,9 +317,9 @@ impl Session {
 
     fn write_timings(&self) {
         if let (Some(timings), Some(file)) = (&self.timings, &self.timings_file) {
-            let lines: String = timings.iter().map(|milliseconds| format!("{milliseconds:.3}\n")).collect();
+            let lines: Vec<String> = timings.iter().map(|milliseconds| format!("{milliseconds:.3}")).collect();
             // Who measures sees that the file is not there.
-            drop(std::fs::write(file, lines));
+            drop(std::fs::write(file, lines.join("\n")));
         }
     }
 }

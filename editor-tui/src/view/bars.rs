@@ -8,7 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Modifier;
 
 /// The path of open graphs, unsaved edits, mistakes, the item.
-pub fn top(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn top(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     buffer.set_style(area, theme.panel());
     let y = i32::from(area.y);
     let mut x = put(buffer, area, 1, y, "grimace ", theme.faint());
@@ -39,7 +39,7 @@ pub fn top(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
 }
 
 /// The cook, the note, or the keys.
-pub fn bottom(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn bottom(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     buffer.set_style(area, theme.panel());
     let y = i32::from(area.y);
     let mut x = 1;

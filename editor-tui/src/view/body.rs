@@ -40,7 +40,7 @@ impl Camera {
 }
 
 /// Draws a body.
-pub fn draw(body: &Body, preview: &Preview, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn draw(body: &Body, preview: &Preview, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let Some(points) = body.frames.get(preview.frame) else { return };
     if body.triangles.is_empty() {
         let mut dots = Dots::new(area);
@@ -106,7 +106,7 @@ pub fn draw(body: &Body, preview: &Preview, theme: &Theme, area: Rect, buffer: &
 }
 
 /// Draws an image as large as it fits.
-pub fn image(image: &Image, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn image(image: &Image, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let (width, height) = (image.width_px().max(1), image.height_px().max(1));
     let (room_x, room_y) = (usize::from(area.width), usize::from(area.height) * 2);
     let scale = (room_x as f64 / width as f64).min(room_y as f64 / height as f64);

@@ -12,7 +12,7 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 
 /// Draws the board.
-pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn draw(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let level = state.level();
     if level.board.cards.is_empty() {
         let text = match state.mistakes.first() {
@@ -41,7 +41,7 @@ pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-fn wires(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+fn wires(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let level = state.level();
     let (left, top) = level.pan;
     let mut grid = Grid::new(area);
@@ -81,7 +81,7 @@ fn wires(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
 
 struct Card<'a> {
     state: &'a State,
-    theme: &'a Theme,
+    theme: Theme,
     area: Rect,
     at: usize,
     place: Place,

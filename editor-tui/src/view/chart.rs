@@ -69,7 +69,7 @@ impl Dots {
 pub fn curves(
     preview: &Preview,
     (first, channels): (i64, &[(String, Vec<f32>)]),
-    theme: &Theme,
+    theme: Theme,
     area: Rect,
     buffer: &mut Buffer,
 ) {
@@ -110,8 +110,8 @@ pub fn curves(
     for (_, values) in
         channels.iter().enumerate().filter(|(at, _)| *at != preview.row).take(60).map(|(_, channel)| channel)
     {
-        for frame in start..(start + shown).min(values.len()) {
-            dots.set(column(frame), row(values[frame]).clamp(0, height - 1), faint);
+        for (frame, value) in values.iter().enumerate().take(start + shown).skip(start) {
+            dots.set(column(frame), row(*value).clamp(0, height - 1), faint);
         }
     }
     for y in 0..height {
@@ -125,8 +125,7 @@ pub fn curves(
     }
     let strong = theme.of_type("Curves");
     let mut last: Option<(i32, i32)> = None;
-    for frame in start..(start + shown).min(chosen.len()) {
-        let value = chosen[frame];
+    for (frame, &value) in chosen.iter().enumerate().take(start + shown).skip(start) {
         if !value.is_finite() {
             last = None;
             continue;

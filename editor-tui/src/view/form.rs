@@ -12,7 +12,7 @@ use ratatui::layout::{Position, Rect};
 use ratatui::style::{Modifier, Style};
 
 /// Draws the panel.
-pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn draw(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     buffer.set_style(area, theme.panel());
     let edge = if state.focus == Focus::Form { theme.accent() } else { theme.faint() };
     for y in area.y..area.bottom() {
@@ -59,7 +59,7 @@ impl Pen<'_> {
 }
 
 /// Name, kind and standing, in at most six lines.
-fn head(state: &State, theme: &Theme, pen: &mut Pen<'_>) {
+fn head(state: &State, theme: Theme, pen: &mut Pen<'_>) {
     if state.form.of_graph {
         pen.line(&format!("{}: parameters", state.level().name), theme.text().add_modifier(Modifier::BOLD));
         pen.y += 1;
@@ -84,7 +84,7 @@ fn head(state: &State, theme: &Theme, pen: &mut Pen<'_>) {
     pen.y += 1;
 }
 
-fn standing(state: &State, theme: &Theme, pen: &mut Pen<'_>) {
+fn standing(state: &State, theme: Theme, pen: &mut Pen<'_>) {
     if let Some(message) = state.card_at().and_then(|at| state.mistake_of(at)) {
         pen.text(&format!("✗ {message}"), theme.bad(), 5);
         return;
@@ -138,7 +138,7 @@ fn window(state: &State, area: Rect, first: i32, count: usize) -> (usize, usize)
     (state.form.at.saturating_sub(shown.saturating_sub(1)).min(count.saturating_sub(shown)), shown)
 }
 
-fn row(state: &State, theme: &Theme, pen: &mut Pen<'_>, at: usize, field: &Field) {
+fn row(state: &State, theme: Theme, pen: &mut Pen<'_>, at: usize, field: &Field) {
     let chosen = state.focus == Focus::Form && state.form.at == at;
     let x = i32::from(pen.area.x);
     let width = usize::from(pen.area.width);
@@ -157,20 +157,17 @@ fn row(state: &State, theme: &Theme, pen: &mut Pen<'_>, at: usize, field: &Field
     let editing = state.form.editing.as_ref().filter(|_| chosen);
     let value_x = x + names as i32;
     let room = width.saturating_sub(names);
-    match editing {
-        Some(line) => {
-            let text = tail(&line.text, line.cursor, room);
-            put(pen.buffer, pen.area, value_x, pen.y, &text, theme.accent().add_modifier(Modifier::UNDERLINED));
-        }
-        None => {
-            let style = match (&field.mistake, &field.written) {
-                (Some(_), _) => theme.bad(),
-                (None, Some(_)) => theme.accent(),
-                (None, None) => theme.faint(),
-            };
-            let text = field.value().split_whitespace().collect::<Vec<_>>().join(" ");
-            put(pen.buffer, pen.area, value_x, pen.y, &cut(&text, room), style);
-        }
+    if let Some(line) = editing {
+        let text = tail(&line.text, line.cursor, room);
+        put(pen.buffer, pen.area, value_x, pen.y, &text, theme.accent().add_modifier(Modifier::UNDERLINED));
+    } else {
+        let style = match (&field.mistake, &field.written) {
+            (Some(_), _) => theme.bad(),
+            (None, Some(_)) => theme.accent(),
+            (None, None) => theme.faint(),
+        };
+        let text = field.value().split_whitespace().collect::<Vec<_>>().join(" ");
+        put(pen.buffer, pen.area, value_x, pen.y, &cut(&text, room), style);
     }
     pen.y += 1;
 }
@@ -181,7 +178,7 @@ fn tail(text: &str, cursor: usize, room: usize) -> String {
     text.chars().skip((before + 1).saturating_sub(room)).take(room).collect()
 }
 
-fn manual(state: &State, theme: &Theme, pen: &mut Pen<'_>, field: &Field) {
+fn manual(state: &State, theme: Theme, pen: &mut Pen<'_>, field: &Field) {
     let error = state.form.error.as_ref().or(field.mistake.as_ref());
     if let Some(error) = error {
         pen.text(&format!("✗ {error}"), theme.bad(), 5);
@@ -200,7 +197,7 @@ fn manual(state: &State, theme: &Theme, pen: &mut Pen<'_>, field: &Field) {
 }
 
 /// What the kind does, its ports, and what stands on its outputs.
-fn about(state: &State, theme: &Theme, pen: &mut Pen<'_>) {
+fn about(state: &State, theme: Theme, pen: &mut Pen<'_>) {
     let Some(card) = state.card() else { return };
     if let Some(port) = state.level().port {
         let ports = if port.input { &card.inputs } else { &card.outputs };
@@ -239,7 +236,7 @@ pub fn cursor(state: &State, area: Rect) -> Option<Position> {
     // The rows before the fields are as many as are drawn: drawn once more, into nothing.
     let mut nothing = Buffer::empty(area);
     let mut pen = Pen { buffer: &mut nothing, area: inner, y: i32::from(inner.y) };
-    head(state, &Theme::default(), &mut pen);
+    head(state, Theme::default(), &mut pen);
     let (top, _) = window(state, inner, pen.y, state.fields().len());
     let width = usize::from(inner.width);
     let names = (width * 9 / 20).clamp(10, 22);

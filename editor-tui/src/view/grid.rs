@@ -58,7 +58,7 @@ impl Grid {
         }
         // A stressed wire passes over others; among equals, what turns or goes up and down does.
         let over =
-            cell.sides == 0 || ink.strong > cell.strong || (ink.strong == cell.strong && sides & (UP | DOWN) != 0);
+            cell.sides == 0 || (ink.strong && !cell.strong) || (ink.strong == cell.strong && sides & (UP | DOWN) != 0);
         if over {
             *cell = Cell { sides, wire: ink.wire, colour: ink.colour, strong: ink.strong };
         }

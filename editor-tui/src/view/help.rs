@@ -9,7 +9,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Modifier;
 
 /// Draws the keys into `area`, from line `top` on.
-pub fn draw(state: &State, theme: &Theme, area: Rect, top: usize, buffer: &mut Buffer) {
+pub fn draw(state: &State, theme: Theme, area: Rect, top: usize, buffer: &mut Buffer) {
     let mut lines: Vec<(String, &str)> = Vec::new();
     for action in ACTIONS {
         let mut keys: Vec<&str> = state.keymap.keys_of(action.name).into_iter().map(|(_, key)| key).collect();

@@ -8,7 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 /// Draws it: two rows of the map in one of the screen, the shown part light.
-pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn draw(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let level = state.level();
     let layout = &level.layout;
     let fits = layout.width <= i32::from(area.width) && layout.height <= i32::from(area.height);

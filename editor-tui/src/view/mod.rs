@@ -51,7 +51,7 @@ pub fn areas(state: &State) -> Areas {
 }
 
 /// Draws everything.
-pub fn draw(state: &State, theme: &Theme, frame: &mut Frame<'_>) {
+pub fn draw(state: &State, theme: Theme, frame: &mut Frame<'_>) {
     let whole = frame.area();
     let buffer = frame.buffer_mut();
     let areas = areas(state);

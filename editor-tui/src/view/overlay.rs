@@ -12,7 +12,7 @@ use ratatui::layout::{Position, Rect};
 use ratatui::style::{Modifier, Style};
 
 /// Draws it; gives where the cursor stands.
-pub fn draw(state: &State, theme: &Theme, whole: Rect, buffer: &mut Buffer) -> Option<Position> {
+pub fn draw(state: &State, theme: Theme, whole: Rect, buffer: &mut Buffer) -> Option<Position> {
     match &state.overlay {
         Overlay::None => None,
         Overlay::Help(top) => {
@@ -77,7 +77,7 @@ struct Row {
 }
 
 /// A window amid the screen; gives what is within.
-fn window(theme: &Theme, whole: Rect, size: (u16, u16), title: &str, buffer: &mut Buffer) -> Rect {
+fn window(theme: Theme, whole: Rect, size: (u16, u16), title: &str, buffer: &mut Buffer) -> Rect {
     let (width, height) = (size.0.min(whole.width.saturating_sub(2)), size.1.min(whole.height.saturating_sub(2)));
     let x = whole.x + (whole.width - width) / 2;
     let y = whole.y + (whole.height - height) / 3;
@@ -103,7 +103,7 @@ fn window(theme: &Theme, whole: Rect, size: (u16, u16), title: &str, buffer: &mu
 }
 
 /// The line that is typed, in the first row of `area`.
-fn typed(theme: &Theme, area: Rect, line: &Line, buffer: &mut Buffer) -> Position {
+fn typed(theme: Theme, area: Rect, line: &Line, buffer: &mut Buffer) -> Position {
     let x = put(buffer, area, i32::from(area.x), i32::from(area.y), "› ", theme.accent());
     let before = line.text[..line.cursor].chars().count();
     let room = usize::from(area.width).saturating_sub(3);
@@ -115,7 +115,7 @@ fn typed(theme: &Theme, area: Rect, line: &Line, buffer: &mut Buffer) -> Positio
 
 #[allow(clippy::too_many_arguments, reason = "a list is drawn in one way from all of these")]
 fn list(
-    theme: &Theme,
+    theme: Theme,
     whole: Rect,
     title: &str,
     line: &Line,
@@ -147,7 +147,7 @@ fn list(
 
 fn palette(
     state: &State,
-    theme: &Theme,
+    theme: Theme,
     whole: Rect,
     (line, at, fit): (&Line, usize, Option<&Fit>),
     buffer: &mut Buffer,
@@ -169,7 +169,7 @@ fn palette(
     list(theme, whole, &title, line, &rows, at, "no kind is called so", buffer)
 }
 
-fn ask(theme: &Theme, whole: Rect, question: &Question, buffer: &mut Buffer) {
+fn ask(theme: Theme, whole: Rect, question: &Question, buffer: &mut Buffer) {
     let (title, text, answers): (&str, String, &[(&str, &str)]) = match question {
         Question::Quit => (
             "unsaved edits",

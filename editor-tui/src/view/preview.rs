@@ -8,7 +8,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 
 /// Draws it.
-pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+pub fn draw(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let edge = if state.focus == Focus::Preview { theme.accent() } else { theme.faint() };
     let (x, y) = (i32::from(area.x), i32::from(area.y));
     for row in area.y..area.bottom() {
@@ -50,7 +50,7 @@ pub fn draw(state: &State, theme: &Theme, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-fn table(table: &Table, row: usize, theme: &Theme, area: Rect, buffer: &mut Buffer) {
+fn table(table: &Table, row: usize, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let (x, y) = (i32::from(area.x), i32::from(area.y));
     put(buffer, area, x, y, &cut(&table.title, usize::from(area.width)), theme.text());
     let room = usize::from(area.height.saturating_sub(1));

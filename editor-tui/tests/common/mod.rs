@@ -105,7 +105,7 @@ pub fn text(state: &State, file: &str) -> String {
 /// The screen, a line a row.
 pub fn screen(state: &State) -> String {
     let mut terminal = Terminal::new(TestBackend::new(state.size.0, state.size.1)).unwrap();
-    terminal.draw(|frame| draw(state, &Theme::default(), frame)).unwrap();
+    terminal.draw(|frame| draw(state, Theme::default(), frame)).unwrap();
     let buffer = terminal.backend().buffer().clone();
     let rows = (0..buffer.area.height).map(|y| {
         let row: String = (0..buffer.area.width).map(|x| buffer[(x, y)].symbol()).collect();
