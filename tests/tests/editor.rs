@@ -11,7 +11,7 @@ const GRAPH: &str = r#"(
     grimace: 1,
     nodes: {
         // The head.
-        "actor": (kind: "sample_actor", with: (takes: 1, frames: /* short */ 8, rom_frames: 8)),
+        "actor": (kind: "sample_actor", with: (takes: 1, frames: /* short */ 60)),
         "rig":   (kind: "skin_jaw", in: {"rig": "actor.rig"}), // its jaw
     },
 )
@@ -92,11 +92,11 @@ fn a_value_is_edited_cooked_and_saved() {
     }
     pane.press(&["Enter"]);
     pane.wait_for("enter take");
-    pane.press(&["C-u", "9", "Enter"]);
+    pane.press(&["C-u", "7", "2", "Enter"]);
     pane.wait_for("unsaved");
     pane.press(&["s"]);
     pane.wait_for("saved");
-    assert_eq!(fs::read_to_string(&graph).unwrap(), GRAPH.replace("*/ 8", "*/ 9"));
+    assert_eq!(fs::read_to_string(&graph).unwrap(), GRAPH.replace("*/ 60", "*/ 72"));
     pane.press(&["q"]);
 }
 

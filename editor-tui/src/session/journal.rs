@@ -42,9 +42,7 @@ impl Journal {
             let mut parts = file.split('.');
             let ours = parts.next() == Some(&self.name);
             let process = parts.next().and_then(|number| number.parse::<u32>().ok());
-            let alive = process.is_some_and(|process| {
-                process != std::process::id() && Path::new(&format!("/proc/{process}")).exists()
-            });
+            let alive = process.is_some_and(|process| process != std::process::id() && lives(process));
             if ours && !alive {
                 let time = entry.metadata().and_then(|facts| facts.modified());
                 left.push((time.unwrap_or(std::time::UNIX_EPOCH), entry.path()));
@@ -106,6 +104,13 @@ impl Journal {
             drop(std::fs::remove_file(path));
         }
     }
+}
+
+/// Whether a process still runs; one that has ended and was not waited for does not.
+fn lives(process: u32) -> bool {
+    let facts = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    let state = facts.rsplit(')').next().and_then(|rest| rest.split_whitespace().next());
+    !matches!(state, None | Some("Z" | "X"))
 }
 
 /// What the journal at `path` holds; a last line that was not written to its end is left out.
