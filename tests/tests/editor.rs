@@ -95,7 +95,7 @@ fn a_value_is_edited_cooked_and_saved() {
     pane.press(&["C-u", "7", "2", "Enter"]);
     pane.wait_for("unsaved");
     pane.press(&["s"]);
-    pane.wait_for("saved");
+    pane.wait_for(" saved /");
     assert_eq!(fs::read_to_string(&graph).unwrap(), GRAPH.replace("*/ 60", "*/ 72"));
     pane.press(&["q"]);
 }
@@ -117,7 +117,7 @@ fn a_killed_editor_loses_no_edit() {
     pane.press(&["r"]);
     pane.wait_for("unsaved");
     pane.press(&["s"]);
-    pane.wait_for("saved");
+    pane.wait_for(" saved /");
     assert_eq!(fs::read_to_string(&graph).unwrap(), GRAPH.replace("\"rig\":   (", "\"jaw\":   ("));
 }
 
@@ -131,7 +131,7 @@ fn a_file_that_changes_on_disk_is_merged() {
     fs::write(&graph, GRAPH.replace("    grimace: 1,", "    grimace: 1,\n    doc: \"another hand\",")).unwrap();
     pane.wait_for("stand together");
     pane.press(&["s"]);
-    pane.wait_for("saved");
+    pane.wait_for(" saved /");
     let saved = fs::read_to_string(&graph).unwrap();
     assert!(saved.contains("another hand") && saved.contains("\"jaw\":"), "{saved}");
 }
