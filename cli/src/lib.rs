@@ -14,6 +14,7 @@ mod check;
 mod colours;
 mod cooking;
 mod dot;
+mod edit;
 pub mod exit;
 mod graph;
 mod inspect;
@@ -59,6 +60,7 @@ fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
         Command::Run(arguments) => run::run(arguments, &cli.global),
         Command::Check(arguments) => check::check(arguments),
         Command::Plan(arguments) => plan::plan(arguments),
+        Command::Edit(arguments) => edit::edit(arguments, &cli.global),
         Command::Why(arguments) => why::why(arguments),
         Command::Nodes(arguments) => nodes_command::nodes(arguments),
         Command::Dot(arguments) => dot::dot(arguments),

@@ -1,10 +1,12 @@
 //! What may be written on the command line. Each command's help ends with examples.
 
 mod cache;
+mod edit;
 mod shell;
 mod snapshot;
 
 pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
+pub use edit::Edit;
 pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
 pub use snapshot::{Report, Snapshot, SnapshotCommand, SnapshotOf};
 
@@ -66,6 +68,8 @@ pub enum Command {
     Check(Check),
     /// Say what a cook would compute, and why
     Plan(Plan),
+    /// Edit a graph in the terminal, cook it and look at its values
+    Edit(Edit),
     /// Say why a node was cooked
     Why(Why),
     /// List the kinds of nodes, or describe one
@@ -95,6 +99,7 @@ impl Command {
             Self::Run(Run { graph, .. })
             | Self::Check(Check { graph, .. })
             | Self::Plan(Plan { graph, .. })
+            | Self::Edit(Edit { graph, .. })
             | Self::Dot(Dot { graph }) => Some(&graph.graph),
             Self::Why(why) => Some(&why.graph),
             Self::Snapshot(snapshot) => Some(&snapshot.command.of().graph.graph),
@@ -109,6 +114,7 @@ impl Command {
     pub fn settable(&mut self) -> (Option<&mut StoreArguments>, Option<&mut CookArguments>) {
         match self {
             Self::Run(Run { store, cook, .. }) | Self::Plan(Plan { store, cook, .. }) => (Some(store), Some(cook)),
+            Self::Edit(edit) => (Some(&mut edit.store), Some(&mut edit.cook)),
             Self::Why(why) => (Some(&mut why.store), None),
             Self::Snapshot(snapshot) => {
                 let of = snapshot.command.of();

@@ -190,7 +190,8 @@ impl<'a> Fit<'a> {
             columns.iter().map(|column| column.map_or(DVec3::NAN, |column| own[column].as_dvec3())).collect::<Vec<_>>()
         };
         let enough = |points: &[DVec3]| 2 * points.iter().filter(|point| point.is_finite()).count() >= shared;
-        let frames: Vec<_> = places.into_iter().map(|frame| (frame, points(frame))).filter(|(_, points)| enough(points)).collect();
+        let frames: Vec<_> =
+            places.into_iter().map(|frame| (frame, points(frame))).filter(|(_, points)| enough(points)).collect();
         if frames.is_empty() {
             return Err(FindAnchorError::Blind { frames: count, markers: shared });
         }

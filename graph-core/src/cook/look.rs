@@ -8,6 +8,7 @@ use super::slot::Slot;
 use super::why::told;
 use crate::plan::Plan;
 use crate::store::OutputRecord;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use wire::Value;
@@ -48,7 +49,7 @@ pub struct CellLook<'e> {
 #[derive(Debug, thiserror::Error)]
 pub enum LookError {
     /// The cell was not cooked, or has no such output.
-    #[error("`{cell}` gave nothing on its output `{port}`")]
+    #[error("`{cell}` has nothing on its output `{port}`; cook it first")]
     Nothing {
         /// The cell.
         cell: String,
@@ -127,6 +128,24 @@ impl Engine {
         self.whole(id, port, &slot)
     }
 
+    /// What stands on the output `port` of the cell called `name`: values by item for a list, else one under the empty name.
+    ///
+    /// # Errors
+    /// As [`value`](Self::value).
+    pub fn values(&mut self, name: &str, port: &str) -> Result<BTreeMap<String, Arc<dyn Value>>, LookError> {
+        let path = name.split_once('@').map_or(name, |(path, _)| path);
+        let of_plan = self.paths.get(path).map_or(&[][..], |at| &self.of_plan[*at]);
+        let id = of_plan.iter().copied().find(|id| self.cells[*id].name == name);
+        let nothing = || LookError::Nothing { cell: name.to_owned(), port: port.to_owned() };
+        let id = id.ok_or_else(nothing)?;
+        let set = self.cells[id].outputs().find(|(known, _)| *known == port).map(|(_, set)| set.clone());
+        let slots = match set.ok_or_else(nothing)? {
+            SlotSet::One(slot) => BTreeMap::from([(String::new(), slot)]),
+            SlotSet::List(items) => items,
+        };
+        slots.into_iter().map(|(item, slot)| Ok((item, self.whole(id, port, &slot)?))).collect()
+    }
+
     /// What stands on the input `port` of the cell `id`, under the names that a gathering port shows; empty where it is open.
     ///
     /// # Errors
@@ -156,7 +175,7 @@ impl Engine {
         // Once from where it is, once more where it was found damaged and was computed again.
         for _ in 0..2 {
             let missing = slot.absent(&self.shared.store, slot.blocks_of(None));
-            if !missing.is_empty() {
+            if !missing.is_empty() && !self.options.dry && !self.tasks.contains_key(&id) {
                 self.remake(id, missing.into_iter().collect());
                 self.run();
                 if let Some(problem) = self.broken.take() {
