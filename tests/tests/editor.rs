@@ -58,7 +58,7 @@ impl Pane {
             if shown.contains(text) {
                 return shown;
             }
-            assert!(begun.elapsed() < Duration::from_secs(60), "`{text}` does not come:\n{shown}");
+            assert!(begun.elapsed() < Duration::from_mins(1), "`{text}` does not come:\n{shown}");
             std::thread::sleep(Duration::from_millis(50));
         }
     }
