@@ -65,7 +65,6 @@ fn main() {
     let write = |take: &Take| std::fs::write(&place, &take.bytes).expect("the take can be written");
     write(&take);
 
-
     let out = folder.path().join("out");
     let set = [format!("takes={}", place.display()), format!("out={}", out.display())];
     let overrides: Vec<Override> = set.iter().map(|text| Override::parse(text).expect("it can be set")).collect();
@@ -93,7 +92,9 @@ fn main() {
         write(&take);
         one.push(cook(&mut engine));
     }
-    println!("{frames} frames, {markers} markers; {rounds} rounds; milliseconds from the written file to fine-tuned curves\n");
+    println!(
+        "{frames} frames, {markers} markers; {rounds} rounds; milliseconds from the written file to fine-tuned curves\n"
+    );
     println!("{:<34} {:>9} {:>9} {:>8}", "", "wall", "CPU", "blocks");
     println!("{:<34} {:>9.1} {:>9.1}", "every frame edited, the least", whole.0, whole.1);
     one.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,4 +1,4 @@
-//! The preview of a value: what is shown of it, and how. [`picture`] makes ready what a value holds, away from the screen.
+//! The preview of a value: what is shown of it, and how. [`picture()`] makes ready what a value holds, away from the screen.
 
 mod picture;
 

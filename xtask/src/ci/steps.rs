@@ -23,7 +23,7 @@ pub fn fmt(repository: &Repository) -> Result<Done, Failure> {
     if wrong.is_empty() && output.status.success() {
         return Ok(Done::Fine);
     }
-    wrong.push("these files are not laid out by rustfmt: run `cargo fmt --all`".into());
+    wrong.push("these files are not laid out by rustfmt: run `rustfmt --edition 2024` on them".into());
     Err(Failure::Findings(wrong))
 }
 
