@@ -62,7 +62,7 @@ impl Engine {
     /// The file that a cell writes as it was last published, where that was with its present content.
     pub(super) fn written(&self, id: CellId) -> Option<Signature> {
         let (signature, digest) = self.published.get(self.cells[id].writes.as_ref()?)?;
-        (*digest == self.file(id)?.record.digest).then(|| signature.clone())
+        (*digest == self.file(id)?.record.digest).then_some(*signature)
     }
 
     /// Takes what became of a file.
