@@ -51,6 +51,23 @@ pub enum Trouble {
     /// The cook could not run.
     #[error(transparent)]
     Cook(CookError),
+    /// The snapshot cannot be read or written.
+    #[error(transparent)]
+    Golden(#[from] graph_core::snapshot::GoldenError),
+    /// A value that was cooked cannot be looked at.
+    #[error(transparent)]
+    Look(#[from] graph_core::cook::LookError),
+    /// The page of a report cannot be made.
+    #[error(transparent)]
+    Report(Box<report::ReportError>),
+    /// A file for people cannot be written.
+    #[error("{}: {problem}", path.display())]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What went wrong.
+        problem: io::Error,
+    },
     /// Standard output cannot be written.
     #[error("standard output cannot be written: {0}")]
     Output(#[from] io::Error),
@@ -87,7 +104,8 @@ impl Trouble {
             _ => output::error(&self.to_string(), None),
         }
         match self {
-            Self::Cook(_) => Exit::NodesFailed,
+            Self::Cook(_) | Self::Look(_) | Self::Report(_) => Exit::NodesFailed,
+            Self::Golden(_) => Exit::Wrong,
             _ => Exit::CommandLine,
         }
     }

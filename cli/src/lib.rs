@@ -14,6 +14,7 @@ mod check;
 mod colours;
 mod cooking;
 mod dot;
+mod edit;
 pub mod exit;
 mod graph;
 mod inspect;
@@ -22,10 +23,12 @@ mod mistakes;
 mod nodes_command;
 mod output;
 mod plan;
+mod report_command;
 mod run;
 mod settings;
 mod shell;
 mod signals;
+mod snapshot;
 pub mod tell;
 mod watch;
 mod why;
@@ -59,10 +62,13 @@ fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
         Command::Watch(arguments) => watch::watch(arguments, &cli.global),
         Command::Check(arguments) => check::check(arguments),
         Command::Plan(arguments) => plan::plan(arguments),
+        Command::Edit(arguments) => edit::edit(arguments, &cli.global),
         Command::Why(arguments) => why::why(arguments),
         Command::Nodes(arguments) => nodes_command::nodes(arguments),
         Command::Dot(arguments) => dot::dot(arguments),
         Command::Inspect(arguments) => inspect::inspect(arguments),
+        Command::Snapshot(arguments) => snapshot::snapshot(&arguments.command, &cli.global),
+        Command::Report(arguments) => report_command::report(arguments, &cli.global),
         Command::Cache(arguments) => cache::cache(&arguments.command, &cli.global),
         Command::Config(arguments) => match &arguments.command {
             ConfigCommand::Explain(arguments) => settings::explain(arguments, settings),

@@ -3,7 +3,7 @@
 //! It knows neither faces nor terminals nor networks. The way of a graph through the crate:
 //! [`document`] reads the RON text, [`plan`] flattens nested graphs into a wired plan and checks it,
 //! [`cook`] brings every node up to date through [`store`] and [`files`], and what a cook did is kept for `why`; [`watch`] tells
-//! what of the files has arrived.
+//! what of the files has arrived. [`snapshot`] holds what was cooked against what it was.
 
 pub mod care;
 pub mod cook;
@@ -11,6 +11,7 @@ pub mod document;
 pub mod files;
 pub mod node;
 pub mod plan;
+pub mod snapshot;
 pub mod store;
 pub mod watch;
 

@@ -2,11 +2,13 @@
 //!
 //! The tests stand in `tests/`: each takes the whole house as a user or a developer finds it.
 
+mod browser;
 mod data;
 mod project;
 mod run;
 mod workspace;
 
+pub use browser::Browser;
 pub use data::{skipped, test_data};
 pub use project::Project;
 pub use run::Run;

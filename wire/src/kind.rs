@@ -1,6 +1,6 @@
 //! The [`Value`] trait itself, and [`ValueKind`], the facts of a value type that travel without a value.
 
-use crate::{DecodeError, Decoder, Digest, Encoder, FrameAxis};
+use crate::{DecodeError, Decoder, Digest, Encoder, FrameAxis, Table};
 use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -29,6 +29,12 @@ pub trait Value: Any + Debug + Send + Sync {
     fn slice(&self, frames: Range<usize>) -> Option<Arc<dyn Value>> {
         let _ = frames;
         None
+    }
+
+    /// Its numbers by names and with units, for snapshots: what two machines may differ in, and by how much. A type without
+    /// tables has one meaning an encoding, and is compared by its digest.
+    fn tables(&self) -> Vec<Table<'_>> {
+        Vec::new()
     }
 }
 

@@ -7,8 +7,10 @@ mod axis;
 mod codec;
 mod digest;
 mod kind;
+mod table;
 
 pub use axis::{AxisError, FrameAxis};
 pub use codec::{DecodeError, Decoder, Encoder};
 pub use digest::{Digest, Hasher};
 pub use kind::{Data, JoinError, Value, ValueKind};
+pub use table::{Rows, Table, Tolerance};

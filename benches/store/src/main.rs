@@ -38,7 +38,9 @@ fn values(bytes: usize) -> Vec<Arc<dyn Value>> {
     for _ in 0..bytes / 2 / take_bytes {
         let frames = take_bytes / (vertices * 12);
         let positions = (0..frames * vertices).map(|_| Vec3::new(noise(), noise(), noise())).collect();
-        made.push(Arc::new(Meshes::new(FrameAxis::new(frames, 60.0), Vec::new(), vertices, positions).expect("sizes fit")));
+        made.push(Arc::new(
+            Meshes::new(FrameAxis::new(frames, 60.0), Vec::new(), vertices, positions).expect("sizes fit"),
+        ));
     }
     made
 }
@@ -63,7 +65,7 @@ fn write_store(store: &Store, values: &[Arc<dyn Value>]) -> Vec<Digest> {
             pack.push(digests[digests.len() - 1], Arc::new(encoding));
         }
         let root = ValueRecord::root(&kind, &digests);
-        store.put_pack(&kind, &root, &pack).expect("the store takes it");
+        store.put_pack(&root, &pack.finish(&kind)).expect("the store takes it");
         root
     };
     values.iter().map(write).collect()

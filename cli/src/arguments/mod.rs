@@ -1,11 +1,15 @@
 //! What may be written on the command line. Each command's help ends with examples.
 
 mod cache;
+mod edit;
 mod shell;
+mod snapshot;
 mod watch;
 
 pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
+pub use edit::Edit;
 pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
+pub use snapshot::{Report, Snapshot, SnapshotCommand, SnapshotOf};
 pub use watch::Watch;
 
 use crate::colours::When;
@@ -68,6 +72,8 @@ pub enum Command {
     Check(Check),
     /// Say what a cook would compute, and why
     Plan(Plan),
+    /// Edit a graph in the terminal, cook it and look at its values
+    Edit(Edit),
     /// Say why a node was cooked
     Why(Why),
     /// List the kinds of nodes, or describe one
@@ -76,6 +82,10 @@ pub enum Command {
     Dot(Dot),
     /// Say what files hold: markers, curves, rigs, meshes, images
     Inspect(Inspect),
+    /// Keep what a graph gives as text beside it, or compare with what was kept
+    Snapshot(Snapshot),
+    /// Cook a graph and write a page about it, to be read in a browser
+    Report(Report),
     /// Look after the store of results
     Cache(Cache),
     /// Say what settings there are, and what set them
@@ -94,8 +104,11 @@ impl Command {
             | Self::Watch(Watch { graph, .. })
             | Self::Check(Check { graph, .. })
             | Self::Plan(Plan { graph, .. })
+            | Self::Edit(Edit { graph, .. })
             | Self::Dot(Dot { graph }) => Some(&graph.graph),
             Self::Why(why) => Some(&why.graph),
+            Self::Snapshot(snapshot) => Some(&snapshot.command.of().graph.graph),
+            Self::Report(report) => Some(&report.graph),
             Self::Cache(cache) => cache.command.place().0,
             Self::Config(Config { command: ConfigCommand::Explain(explain) }) => explain.graph.as_ref(),
             Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,
@@ -108,7 +121,13 @@ impl Command {
             Self::Run(Run { store, cook, .. })
             | Self::Watch(Watch { store, cook, .. })
             | Self::Plan(Plan { store, cook, .. }) => (Some(store), Some(cook)),
+            Self::Edit(edit) => (Some(&mut edit.store), Some(&mut edit.cook)),
             Self::Why(why) => (Some(&mut why.store), None),
+            Self::Snapshot(snapshot) => {
+                let of = snapshot.command.of();
+                (Some(&mut of.store), Some(&mut of.cook))
+            }
+            Self::Report(report) => (Some(&mut report.store), Some(&mut report.cook)),
             Self::Cache(cache) => (Some(cache.command.place().1), None),
             _ => (None, None),
         }

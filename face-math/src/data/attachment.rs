@@ -1,7 +1,7 @@
 //! Attachments: where markers sit on a rig's surface.
 
 use serde::{Deserialize, Serialize};
-use wire::{Data, DecodeError, Decoder, Encoder, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, Table, Value, ValueKind};
 
 /// One marker's place on the neutral surface.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -51,6 +51,10 @@ impl Value for Attachment {
 
     fn size(&self) -> usize {
         self.points.len() * 72
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::attachment(self)
     }
 }
 

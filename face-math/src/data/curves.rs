@@ -3,7 +3,7 @@
 use super::{DataError, check_size, check_unique, join_axes};
 use std::ops::Range;
 use std::sync::Arc;
-use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Table, Value, ValueKind};
 
 /// One value per channel and frame: unitless weights, normally 0 to 1, or whatever unit the channel names.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,6 +111,10 @@ impl Value for Curves {
             channels: self.channels.clone(),
             values: self.values[frames.start * width..frames.end * width].to_vec(),
         }))
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::curves(self)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{DataError, check_size, join_axes};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::sync::Arc;
-use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Table, Value, ValueKind};
 
 /// A kind of feature over the markers of one region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -112,6 +112,10 @@ impl Value for Features {
             })
             .collect();
         Some(Arc::new(Self { axis: self.axis.slice(&frames), regions }))
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::features(self)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Images: 8-bit RGB pictures, as the rasteriser draws and PNG files hold them.
 
 use super::{DataError, check_size};
-use wire::{Data, DecodeError, Decoder, Encoder, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, Table, Value, ValueKind};
 
 /// An 8-bit sRGB picture, rows from the top, three bytes a pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,6 +64,10 @@ impl Value for Image {
 
     fn size(&self) -> usize {
         self.pixels.len()
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::image(self)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{DataError, check_size, check_unique, join_axes};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
-use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Table, Value, ValueKind};
 
 /// Named points over frames, in metres. A missing point is NaN in all three coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,6 +134,10 @@ impl Value for Markers {
             names: self.names.clone(),
             positions: self.positions[frames.start * width..frames.end * width].to_vec(),
         }))
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::markers(self)
     }
 }
 

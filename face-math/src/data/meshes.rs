@@ -4,7 +4,7 @@ use super::{DataError, Part, check_size, check_unique, join_axes};
 use glam::Vec3;
 use std::ops::Range;
 use std::sync::Arc;
-use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Table, Value, ValueKind};
 
 /// The vertices of a head over frames, in metres. Its parts (names, triangles, texture coordinates) are the same in every
 /// frame; slices share them.
@@ -113,6 +113,10 @@ impl Value for Meshes {
             vertices: self.vertices,
             positions: self.positions[frames.start * self.vertices..frames.end * self.vertices].to_vec(),
         }))
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::meshes(self)
     }
 }
 

@@ -11,6 +11,7 @@ mod noise;
 mod regions;
 mod rig;
 mod shape_space;
+mod tables;
 mod views;
 
 pub use attachment::{Attachment, SurfacePoint};

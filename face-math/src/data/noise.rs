@@ -2,7 +2,7 @@
 
 use super::{DataError, check_unique};
 use serde::{Deserialize, Serialize};
-use wire::{Data, DecodeError, Decoder, Encoder, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, Table, Value, ValueKind};
 
 /// The noise of one marker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,6 +72,10 @@ impl Value for MarkerNoise {
 
     fn size(&self) -> usize {
         self.markers.iter().map(|one| one.marker.len() + 32).sum()
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::noise(self)
     }
 }
 

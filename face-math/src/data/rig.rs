@@ -4,7 +4,7 @@ use super::{DataError, check_size, check_unique};
 use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use wire::{Data, DecodeError, Decoder, Encoder, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, Table, Value, ValueKind};
 
 /// A connected piece of the head: face, teeth, eyeball …; its vertices are a run of the rig's vertices.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -207,6 +207,10 @@ impl Value for Rig {
         self.neutral.len() * 16
             + self.parts.iter().map(|part| part.triangles.len() * 12 + part.uvs.len() * 8).sum::<usize>()
             + self.shapes.iter().map(|shape| shape.vertices.len() * 16 + 100).sum::<usize>()
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::rig(self)
     }
 }
 

@@ -4,7 +4,7 @@ use super::{DataError, check_size, check_unique, join_axes};
 use glam::Vec2;
 use std::ops::Range;
 use std::sync::Arc;
-use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Table, Value, ValueKind};
 
 /// 2D markers of several cameras over frames, in pixels from the top left of each picture. A marker that a camera did not
 /// see is NaN in both coordinates.
@@ -118,6 +118,10 @@ impl Value for Views {
         let points_px = self.points_px[frames.start * self.a_frame()..frames.end * self.a_frame()].to_vec();
         let (cameras, markers) = (self.cameras.clone(), self.markers.clone());
         Some(Arc::new(Self { axis: self.axis.slice(&frames), cameras, markers, points_px }))
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        super::tables::views(self)
     }
 }
 

@@ -46,7 +46,7 @@ pub struct FindAnchorOptions {
 
 impl Default for FindAnchorOptions {
     fn default() -> Self {
-        Self { samples: 128, usual_weight: 0.1, high: 1.0, least_offset_mm: 0.3 }
+        Self { samples: 32, usual_weight: 0.1, high: 1.0, least_offset_mm: 0.3 }
     }
 }
 
@@ -155,6 +155,13 @@ pub fn find_anchor(
     Ok(found)
 }
 
+/// Positions of `wanted` frames spread evenly over a take of `frames`: the middle one of each of so many equal parts. All of
+/// them where the take is shorter.
+pub fn spread_frames(frames: usize, wanted: usize) -> Vec<usize> {
+    let count = wanted.min(frames);
+    (0..count).map(|part| (2 * part + 1) * frames / (2 * count)).collect()
+}
+
 /// What is known so far.
 struct Fit<'a> {
     puppet: &'a MarkerRig,
@@ -176,15 +183,15 @@ impl<'a> Fit<'a> {
         if shared == 0 {
             return Err(FindAnchorError::NoMarker);
         }
-        let count = options.samples.min(take.frames());
-        // The middle of each of `count` equal parts of the take.
-        let places = (0..count).map(|part| (2 * part + 1) * take.frames() / (2 * count));
+        let places = spread_frames(take.frames(), options.samples);
+        let count = places.len();
         let points = |frame: usize| {
             let own = take.frame(frame);
             columns.iter().map(|column| column.map_or(DVec3::NAN, |column| own[column].as_dvec3())).collect::<Vec<_>>()
         };
         let enough = |points: &[DVec3]| 2 * points.iter().filter(|point| point.is_finite()).count() >= shared;
-        let frames: Vec<_> = places.map(|frame| (frame, points(frame))).filter(|(_, points)| enough(points)).collect();
+        let frames: Vec<_> =
+            places.into_iter().map(|frame| (frame, points(frame))).filter(|(_, points)| enough(points)).collect();
         if frames.is_empty() {
             return Err(FindAnchorError::Blind { frames: count, markers: shared });
         }

@@ -86,7 +86,7 @@ fn bad_input_is_named() {
     let usual = FindAnchorOptions::default();
     assert!(matches!(fault(&take, FindAnchorOptions { usual_weight: 0.0, ..usual }), FindAnchorError::Option { .. }));
     let gone = take.with_positions(vec![Vec3::NAN; take.positions().len()]).unwrap();
-    assert_eq!(fault(&gone, usual), FindAnchorError::Blind { frames: 128, markers: 80 });
+    assert_eq!(fault(&gone, usual), FindAnchorError::Blind { frames: 32, markers: 80 });
     let strangers = Markers::new(take.frame_axis(), vec!["nose".into()], vec![Vec3::ZERO; 200]).unwrap();
     assert_eq!(fault(&strangers, usual), FindAnchorError::NoMarker);
 }

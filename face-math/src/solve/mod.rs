@@ -29,7 +29,7 @@ mod minimise_tests;
 mod salience;
 
 pub use align::{AlignError, AlignOptions, Aligned, align_anchors};
-pub use anchor::{FindAnchorError, FindAnchorOptions, FoundAnchor, find_anchor};
+pub use anchor::{FindAnchorError, FindAnchorOptions, FoundAnchor, find_anchor, spread_frames};
 pub use bounded::{BoundedError, BoundedQuadratic, WarmStart};
 pub use features::{FeatureError, fdls_sets, feature_width, graph_features};
 pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};

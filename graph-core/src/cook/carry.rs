@@ -5,21 +5,22 @@ use super::cell::{CellId, Made};
 use super::engine::Engine;
 use super::results::Message;
 use super::tasks::Task;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::Ordering;
 use wire::Digest;
 
-/// Computations whose cells are gone.
+/// Computations that were begun for cells which are gone.
 #[derive(Default)]
 pub(crate) struct Carried {
-    /// By key.
-    tasks: HashMap<Digest, Orphan>,
-    /// The keys of carried tasks, by the generation and number of the cells that began them.
-    begun: HashMap<(u64, CellId), Digest>,
+    /// Those that no cell of today asked for so far, by the task's number.
+    tasks: BTreeMap<u64, Orphan>,
+    /// The cells of today that went on with one, by the task's number.
+    adopted: HashMap<u64, CellId>,
 }
 
 struct Orphan {
     task: Task,
+    key: Digest,
     /// The name of the cell that began it.
     name: String,
     /// What its jobs told meanwhile.
@@ -30,6 +31,14 @@ impl Orphan {
     /// Jobs that still run.
     fn running(&self) -> usize {
         self.task.jobs.saturating_sub(self.messages.len())
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.task.stale.load(Ordering::Relaxed)
+    }
+
+    fn stop(&self) {
+        self.task.stale.store(true, Ordering::Relaxed);
     }
 }
 
@@ -54,26 +63,24 @@ impl Engine {
     /// Takes the tasks that run out of cells that are about to go.
     pub(super) fn carry(&mut self) {
         for (id, task) in std::mem::take(&mut self.tasks) {
-            let Some((made, _)) = task.fresh.as_ref().filter(|_| task.can_be_carried()) else { continue };
-            let key = made.key;
-            self.carried.begun.insert((self.generation, id), key);
+            let Some(key) = task.key().filter(|_| task.can_be_carried()) else { continue };
             let name = self.cells[id].name.clone();
-            self.carried.tasks.insert(key, Orphan { task, name, messages: Vec::new() });
+            self.carried.tasks.insert(task.number, Orphan { task, key, name, messages: Vec::new() });
         }
+        self.carried.adopted.clear();
         self.generation += 1;
     }
 
     /// Whether a computation under the cell's key was carried over; the cell then goes on with it.
     pub(super) fn adopts(&mut self, id: CellId, made: &Made) -> bool {
         let name = &self.cells[id].name;
-        for (_, other) in self.carried.tasks.iter().filter(|(key, orphan)| **key != made.key && orphan.name == *name) {
-            other.task.stale.store(true, Ordering::Relaxed);
-        }
-        let stopped = |orphan: &Orphan| orphan.task.stale.load(Ordering::Relaxed);
-        if self.carried.tasks.get(&made.key).is_none_or(stopped) {
+        let tasks = &mut self.carried.tasks;
+        tasks.values().filter(|orphan| orphan.key != made.key && orphan.name == *name).for_each(Orphan::stop);
+        let fitting = tasks.iter().find(|(_, orphan)| orphan.key == made.key && !orphan.is_stopped());
+        let Some(orphan) = fitting.map(|(number, _)| *number).and_then(|number| tasks.remove(&number)) else {
             return false;
-        }
-        let Some(orphan) = self.carried.tasks.remove(&made.key) else { return false };
+        };
+        self.carried.adopted.insert(orphan.task.number, id);
         self.making.insert(made.key, id);
         self.unsettle(id);
         self.tasks.insert(id, orphan.task);
@@ -84,28 +91,26 @@ impl Engine {
     }
 
     /// The message as the cells of today tell it; none where its cell is gone, and the message waits for another.
-    pub(super) fn addressed(&mut self, generation: u64, message: Message) -> Option<Message> {
+    pub(super) fn addressed(&mut self, generation: u64, task: Option<u64>, message: Message) -> Option<Message> {
         if generation == self.generation {
             return Some(message);
         }
-        let key = self.carried.begun.get(&(generation, message.cell()))?;
-        if let Some(orphan) = self.carried.tasks.get_mut(key) {
+        let task = task?;
+        if let Some(orphan) = self.carried.tasks.get_mut(&task) {
             orphan.messages.push(message);
             return None;
         }
-        self.making.get(key).map(|id| message.of(*id))
+        self.carried.adopted.get(&task).map(|id| message.of(*id))
     }
 
     /// Where nothing runs but what no cell asked for: stops it. Whether nothing runs at all.
     pub(super) fn stops_orphans(&mut self) -> bool {
         if self.running == 0 {
-            let left: BTreeSet<Digest> = self.tasks.values().filter_map(Task::key).collect();
             self.carried.tasks.clear();
-            self.carried.begun.retain(|_, key| left.contains(key));
             return true;
         }
         if !self.items_changed && self.running == self.orphans_running() {
-            self.carried.tasks.values().for_each(|orphan| orphan.task.stale.store(true, Ordering::Relaxed));
+            self.carried.tasks.values().for_each(Orphan::stop);
         }
         false
     }

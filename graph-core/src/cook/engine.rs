@@ -8,6 +8,7 @@
 use super::carry::Carried;
 use super::cell::{Cell, CellId, Directory, KnownItems, LostLists, Settings};
 use super::cost::Costs;
+use super::crew::Crew;
 use super::event::{Event, Summary};
 use super::live::{Mail, list_origins, wanted};
 use super::memory::Memory;
@@ -17,11 +18,11 @@ use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
 use super::tasks::Task;
+use super::writer::Writer;
 use crate::document::Override;
 use crate::files::{Fingerprints, Signature};
 use crate::plan::{OriginId, Plan};
 use crate::store::Store;
-use rayon::ThreadPool;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
 use std::path::PathBuf;
@@ -48,6 +49,21 @@ pub fn cook(
     cancel: Arc<AtomicBool>,
     tell: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary, CookError> {
+    cook_and((plan, overrides), store, options, cancel, tell, |_, _| ()).map(|(summary, ())| summary)
+}
+
+/// The same, after which `look` may look at what was cooked.
+///
+/// # Errors
+/// As [`cook`].
+pub fn cook_and<T>(
+    (plan, overrides): (Plan, &[Override]),
+    store: Arc<Store>,
+    options: &Options,
+    cancel: Arc<AtomicBool>,
+    tell: &(dyn Fn(Event) + Sync),
+    look: impl FnOnce(&mut Engine, &Summary) -> T,
+) -> Result<(Summary, T), CookError> {
     let (sender, events) = channel();
     std::thread::scope(|scope| {
         // Events are told on a thread of their own, in their order: who listens slowly does not slow the cook.
@@ -62,11 +78,13 @@ pub fn cook(
         let summary = engine.cook()?;
         engine.remember()?;
         // What people should notice is told again in the next cook.
-        if !options.dry && !noticed.load(Ordering::Relaxed) {
+        let usual = !options.dry && options.publish && options.session.is_none();
+        if usual && !noticed.load(Ordering::Relaxed) {
             engine.come_to_rest()?;
         }
         engine.tell(|| Event::Summary(summary.clone()));
-        Ok(summary)
+        let seen = look(&mut engine, &summary);
+        Ok((summary, seen))
     })
 }
 
@@ -77,7 +95,7 @@ pub struct Engine {
     pub(super) options: Options,
     pub(super) shared: Arc<Shared>,
     pub(super) receiver: Receiver<Mail>,
-    pool: Option<ThreadPool>,
+    crew: Option<Crew>,
     /// What the last cook of an earlier process knew; records move from here into cells.
     pub(super) session: Session,
     pub(super) published: BTreeMap<PathBuf, (Signature, Digest)>,
@@ -113,6 +131,8 @@ pub struct Engine {
     pub(super) running: usize,
     /// How often cells were made anew.
     pub(super) generation: u64,
+    /// How many tasks were begun so far.
+    pub(super) tasks_begun: u64,
     pub(super) carried: Carried,
     pub(super) next_plan: Option<Box<Plan>>,
     pub(super) changes_taken: u64,
@@ -144,19 +164,21 @@ impl Engine {
         tell: Option<Arc<Tell>>,
     ) -> Result<Self, CookError> {
         let wanted = wanted(&plan, &options)?;
-        let mut session = Session::load(&store, &plan.root().path);
+        let name = options.session.unwrap_or_else(|| session_name(&store, &plan.root().path));
+        let mut session: Session = store.session(&name).unwrap_or_default();
         let known = session.files.iter().map(|(path, file)| (path.clone(), file.digest)).collect();
         let files = Fingerprints::new(std::mem::take(&mut session.files));
         let (sender, receiver) = channel();
         let (block_frames, keep_cheap) = (options.block_frames, options.keep_cheap);
         let memory = Arc::new(Memory::new(options.memory_bytes));
-        let shared = Shared { store, files, memory, cancel, tell, block_frames, keep_cheap, sender };
+        let writer = Writer::new(Arc::clone(&store));
+        let shared = Shared { store, writer, files, memory, cancel, tell, block_frames, keep_cheap, sender };
         Ok(Self {
             of_plan: vec![Vec::new(); plan.nodes.len()],
             overrides: overrides.to_vec(),
             shared: Arc::new(shared),
             receiver,
-            pool: None,
+            crew: None,
             published: std::mem::take(&mut session.published),
             session,
             cells: Vec::new(),
@@ -178,6 +200,7 @@ impl Engine {
             twins: HashMap::new(),
             running: 0,
             generation: 0,
+            tasks_begun: 0,
             carried: Carried::default(),
             next_plan: None,
             changes_taken: 0,
@@ -254,7 +277,7 @@ impl Engine {
     }
 
     /// Works until nothing is ready and nothing runs.
-    fn run(&mut self) {
+    pub(super) fn run(&mut self) {
         loop {
             while let Some(Reverse((_, id))) = self.ready.pop() {
                 self.cells[id].queued = false;
@@ -267,13 +290,23 @@ impl Engine {
                 }
             }
             // A result that is still asked for is not waited for where cells are about to be made anew.
-            if self.stops_orphans() || self.items_changed && !self.cancelled() && self.may_refold() {
+            let over = self.stops_orphans() || self.items_changed && !self.cancelled() && self.may_refold();
+            if over {
+                self.shared.writer.finish();
+            }
+            if let Some(problem) = self.shared.writer.problem() {
+                // What still runs would be lost.
+                self.shared.cancel.store(true, Ordering::Relaxed);
+                self.broken.get_or_insert(problem.into());
+            }
+            if over {
                 return;
             }
+            self.call_help();
             match self.receiver.recv_timeout(Duration::from_millis(100)) {
-                Ok(Mail::Result { generation, message }) => {
+                Ok(Mail::Result { generation, task, message }) => {
                     self.running -= 1;
-                    if let Some(message) = self.addressed(generation, message) {
+                    if let Some(message) = self.addressed(generation, task, message) {
                         self.receive(message);
                         self.make_room();
                     }
@@ -293,12 +326,20 @@ impl Engine {
         self.shared.tell(event);
     }
 
-    /// Runs `work` on the pool; what it gives is received later.
+    /// Where results are kept for the next change, long jobs do not hold up what is soon done.
+    fn call_help(&mut self) {
+        let crew = self.crew.as_mut().filter(|_| self.options.resident);
+        if let Some(Err(problem)) = crew.map(Crew::help) {
+            self.broken.get_or_insert(problem.into());
+        }
+    }
+
+    /// Runs `work` on the crew's threads; what it gives is received later.
     pub(super) fn spawn(&mut self, id: CellId, work: impl FnOnce(&Shared) -> Message + Send + 'static) {
-        let pool = match &self.pool {
-            Some(pool) => pool,
-            None => match rayon::ThreadPoolBuilder::new().num_threads(self.options.jobs).build() {
-                Ok(pool) => self.pool.insert(pool),
+        let crew = match &self.crew {
+            Some(crew) => crew,
+            None => match Crew::new(self.options.jobs) {
+                Ok(crew) => self.crew.insert(crew),
                 Err(problem) => {
                     self.broken.get_or_insert(problem.into());
                     return;
@@ -306,9 +347,10 @@ impl Engine {
             },
         };
         let (shared, generation) = (Arc::clone(&self.shared), self.generation);
-        pool.spawn(move || {
+        let task = self.tasks.get(&id).map(|task| task.number);
+        crew.spawn(move || {
             let message = shared.guarded(id, work);
-            let mail = Mail::Result { generation, message };
+            let mail = Mail::Result { generation, task, message };
             // Nobody waits any more where the engine is gone.
             let _ = shared.sender.send(mail);
         });
@@ -325,7 +367,8 @@ impl Engine {
         }
         let session = self.knowledge();
         let store = &self.shared.store;
-        store.put_session(&session_name(store, &self.plan.root().path), &session)?;
+        let name = self.options.session.unwrap_or_else(|| session_name(store, &self.plan.root().path));
+        store.put_session(&name, &session)?;
         Ok(())
     }
 }

@@ -37,6 +37,7 @@ impl Engine {
         }
         let file = match self.file_content(id) {
             Ok(file) => file,
+            Err(_) if self.withdraws(id) => return self.mark(id),
             Err(problem) => return self.fail(id, &problem),
         };
         if let Some(producer) = unknown {

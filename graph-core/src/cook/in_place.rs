@@ -32,6 +32,7 @@ impl Engine {
                 self.cooked(id, made, reason, finished, (0, 0));
             }
             Err(JobError::Node(NodeError::Cancelled)) if self.cancelled() => self.mark(id),
+            Err(JobError::Node(_)) if self.withdraws(id) => self.mark(id),
             Err(JobError::Node(error)) => {
                 self.note_failure(id, made.key, &error.to_string());
                 self.fail(id, &error.to_string());

@@ -278,8 +278,7 @@ impl Job {
         }
         let named = self.card.outputs.iter().map(|port| port.name.to_owned()).zip(&sets);
         let outputs = named.map(|(name, set)| (name, set.record())).collect();
-        shared.store.put_action(&self.key, &Action { outputs, reads: reads.clone(), seconds })?;
-        shared.store.drop_checkpoints(&self.key);
+        shared.writer.action(self.key, Action { outputs, reads: reads.clone(), seconds });
         Ok(Finished { slots: sets.into(), reads, seconds, again_s: 0.0 })
     }
 }
@@ -294,15 +293,15 @@ pub(crate) fn keep(
     typed(port, value)?;
     let blocks = cut(value, shared.block_frames);
     let record = record_of(port, &blocks, value.axis(), value.summary());
-    let slot = Slot::known(port.kind, record, shared.block_frames, &shared.memory);
-    if write(&slot.record) {
-        shared.store.put_pack(&port.kind, &slot.record.digest, &pack_of(&blocks))?;
-        slot.now_stored();
+    let slot = Arc::new(Slot::known(port.kind, record, shared.block_frames, &shared.memory));
+    let write = write(&slot.record);
+    for (index, block) in blocks.iter().enumerate() {
+        slot.hold(index, Arc::clone(&block.value));
     }
-    for (index, block) in blocks.into_iter().enumerate() {
-        slot.hold(index, block.value);
+    if write {
+        shared.writer.value(&slot, &pack_of(&blocks));
     }
-    Ok(Arc::new(slot))
+    Ok(slot)
 }
 
 pub(crate) fn typed(port: &PortFacts, value: &Arc<dyn Value>) -> Result<(), JobError> {

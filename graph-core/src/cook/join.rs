@@ -32,12 +32,12 @@ impl Join {
             return self.remade(known);
         }
         let ports = self.ports.iter().enumerate();
-        let slots = ports.map(|(index, port)| Ok(SlotSet::One(Arc::new(self.join_port(shared, index, port)?))));
+        let slots = ports.map(|(index, port)| Ok(SlotSet::One(self.join_port(shared, index, port)?)));
         let slots: Slots = slots.collect::<Result<_, JobError>>()?;
         if let Some(key) = &self.key {
             let named = self.ports.iter().map(|port| port.name.to_owned()).zip(slots.iter());
             let outputs = named.map(|(name, set)| (name, set.record())).collect();
-            shared.store.put_action(key, &Action { outputs, reads: Vec::new(), seconds: self.seconds })?;
+            shared.writer.action(*key, Action { outputs, reads: Vec::new(), seconds: self.seconds });
         }
         Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds, again_s: 0.0 })
     }
@@ -58,7 +58,7 @@ impl Join {
         Ok(Finished { slots: Arc::clone(known), reads: Vec::new(), seconds: 0.0, again_s: 0.0 })
     }
 
-    fn join_port(&self, shared: &Shared, index: usize, port: &PortFacts) -> Result<Slot, JobError> {
+    fn join_port(&self, shared: &Shared, index: usize, port: &PortFacts) -> Result<Arc<Slot>, JobError> {
         let (frames, store) = (&self.frames, &shared.store);
         let slot = |record| Slot::known(port.kind, record, frames.block, &shared.memory);
         let before = match self.before.as_ref().and_then(|before| before.outputs.get(port.name)) {
@@ -88,13 +88,12 @@ impl Join {
             bytes,
         };
         let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
-        let slot = slot(record);
-        if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
-            store.put_pack(&port.kind, &slot.record.digest, &pack)?;
-            slot.now_stored();
-        }
+        let slot = Arc::new(slot(record));
         for (block, outputs) in &self.done {
             slot.hold(*block, Arc::clone(&outputs[index].value));
+        }
+        if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
+            shared.writer.value(&slot, &pack);
         }
         Ok(slot)
     }

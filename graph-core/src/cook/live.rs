@@ -6,8 +6,9 @@ use super::cost::Costs;
 use super::engine::Engine;
 use super::options::{CookError, Options};
 use super::results::Message;
+use crate::files::Pattern;
 use crate::plan::{OriginId, Plan};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 use wire::Digest;
@@ -28,6 +29,8 @@ pub(crate) enum Mail {
     /// A job of the cells that were made in `generation` tells something.
     Result {
         generation: u64,
+        /// The number of the task that it belongs to.
+        task: Option<u64>,
         message: Message,
     },
     Change(Change),
@@ -136,6 +139,20 @@ impl Engine {
         }
         let good = self.good.get(path).copied();
         good.ok_or_else(|| format!("{} is still being written; it is cooked once it stands still", path.display()))
+    }
+
+    /// Whether the take that a cell reads is no longer as it arrived. That is no failure: it left, or is being written again, and
+    /// it is an item again once it has arrived.
+    pub(super) fn withdraws(&mut self, id: CellId) -> bool {
+        let (Some(gate), Some(file)) = (&self.options.gate, &self.cells[id].file) else { return false };
+        let of = |files: &BTreeMap<_, PathBuf>| files.values().any(|listed| listed == file);
+        let is_match = self.listed.iter().any(|(pattern, files)| of(files) && Pattern::new(pattern).is_wild());
+        if !is_match || gate.stands(file) {
+            return false;
+        }
+        self.good.remove(file);
+        self.items_changed = true;
+        true
     }
 
     /// Whether a pattern matches the file at `path`.

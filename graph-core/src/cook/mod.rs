@@ -3,14 +3,16 @@
 //! [`Engine`] makes cells from the plan (`cell`, `unfold`; `refold` where a list has other items), pushes changes to those that depend on them (`push`, `edit`), asks of
 //! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
-//! holds values in `slot`s, as many as `memory` allows, writes the nodes' files (`publish`), remembers everything for the next process (`session`) and
-//! for `why` (`reason`). What changes while a cook runs is taken in at once (`live`, `carry`). [`cook()`] does all of it once, unless the graph is at `rest`.
+//! holds values in `slot`s, as many as `memory` allows, has results written to the store (`writer`) and the nodes' files (`publish`),
+//! remembers everything for the next process (`session`) and for `why` (`reason`). What changes while a cook runs is taken in at
+//! once (`live`, `carry`). [`cook()`] does all of it once, unless the graph is at `rest`. What was cooked is looked at through `look`.
 
 mod artifact;
 mod blocks;
 mod carry;
 mod cell;
 mod cost;
+mod crew;
 mod edit;
 mod engine;
 mod evaluate;
@@ -20,6 +22,7 @@ mod job;
 mod join;
 mod key;
 mod live;
+mod look;
 mod memory;
 mod options;
 mod publish;
@@ -34,12 +37,14 @@ mod slot;
 mod tasks;
 mod unfold;
 mod why;
+mod writer;
 
 pub use artifact::{Artifact, FILES};
 pub use edit::EditError;
-pub use engine::{Engine, Tell, cook};
+pub use engine::{Engine, Tell, cook, cook_and};
 pub use event::{Event, Summary};
 pub use live::{Change, Changes, Seen};
+pub use look::{CellLook, LookError, NamedValue};
 pub use options::{CookError, Options};
 pub use rest::Rest;
 pub use session::{Cause, CellRecord, NodeRecord, Session, session_name};

@@ -4,9 +4,11 @@ use crate::document::Diagnostic;
 use crate::files::Gate;
 use crate::store::StoreError;
 use std::sync::Arc;
+use wire::Digest;
 
 /// How to cook.
 #[derive(Debug, Clone)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a switch of its own")]
 pub struct Options {
     /// Threads; 0 means one for each core.
     pub jobs: usize,
@@ -22,6 +24,10 @@ pub struct Options {
     pub resident: bool,
     /// Whether results are kept that are computed again in less time than they would be read.
     pub keep_cheap: bool,
+    /// Whether the files that nodes make are put in their places.
+    pub publish: bool,
+    /// The session to go on from, and to write; the graph's own where none is given.
+    pub session: Option<Digest>,
     /// Which files may be read; all where there is none.
     pub gate: Option<Arc<Gate>>,
 }
@@ -36,6 +42,8 @@ impl Default for Options {
             dry: false,
             resident: false,
             keep_cheap: false,
+            publish: true,
+            session: None,
             gate: None,
         }
     }

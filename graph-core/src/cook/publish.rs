@@ -33,21 +33,13 @@ pub(crate) struct Written {
 impl Engine {
     /// Publishes the file of a finished writing cell, where it is not in place already.
     pub(super) fn publish(&mut self, id: CellId) {
-        if self.options.dry {
+        if self.options.dry || !self.options.publish {
             return;
         }
-        let cell = &self.cells[id];
-        let Some(path) = cell.writes.clone() else { return };
-        let file = cell.outputs().find(|(name, _)| *name == super::FILES.name());
-        let Some((_, SlotSet::One(slot))) = file else { return };
-        let in_place = self
-            .published
-            .get(&path)
-            .is_some_and(|(signature, digest)| *digest == slot.record.digest && stands(&path, signature));
-        if in_place {
+        let (Some(path), Some(slot)) = (self.cells[id].writes.clone(), self.file(id).cloned()) else { return };
+        if self.written(id).is_some_and(|signature| stands(&path, &signature)) {
             return;
         }
-        let slot = Arc::clone(slot);
         let missing = slot.absent(&self.shared.store, slot.blocks_of(None));
         if !missing.is_empty() {
             return self.remake(id, missing.into_iter().collect());
@@ -57,6 +49,20 @@ impl Engine {
             let result = write_out(&path, &slot, &shared.store, provenance);
             Message::Published { cell: id, result }
         });
+    }
+
+    /// The content of the file that a cell writes.
+    fn file(&self, id: CellId) -> Option<&Arc<Slot>> {
+        self.cells[id].outputs().find_map(|(name, slots)| match slots {
+            SlotSet::One(slot) if name == super::FILES.name() => Some(slot),
+            _ => None,
+        })
+    }
+
+    /// The file that a cell writes as it was last published, where that was with its present content.
+    pub(super) fn written(&self, id: CellId) -> Option<Signature> {
+        let (signature, digest) = self.published.get(self.cells[id].writes.as_ref()?)?;
+        (*digest == self.file(id)?.record.digest).then_some(*signature)
     }
 
     /// Takes what became of a file.

@@ -114,7 +114,7 @@ impl Engine {
         }
         let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
         let (mut cells, mut written) = (Vec::with_capacity(self.cells.len()), BTreeMap::new());
-        for cell in &self.cells {
+        for (id, cell) in self.cells.iter().enumerate() {
             let folder = cell.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
             let read = cell.reads.iter().map(|(name, _)| folder.join(name));
             for file in cell.file.iter().cloned().chain(read) {
@@ -122,7 +122,7 @@ impl Engine {
                 files.insert(file, fingerprint);
             }
             if let Some(path) = &cell.writes {
-                written.insert(path.clone(), self.published.get(path)?.0);
+                written.insert(path.clone(), self.written(id)?);
             }
             let next = kinds.len();
             let kind = *kinds.entry(&self.plan.nodes[cell.plan].kind).or_insert(next);

@@ -19,16 +19,6 @@ pub(crate) enum Message {
 }
 
 impl Message {
-    /// The cell that it is about.
-    pub fn cell(&self) -> CellId {
-        match self {
-            Self::Block { cell, .. }
-            | Self::Whole { cell, .. }
-            | Self::Joined { cell, .. }
-            | Self::Published { cell, .. } => *cell,
-        }
-    }
-
     /// The same of another cell.
     pub fn of(mut self, id: CellId) -> Self {
         match &mut self {
@@ -203,6 +193,10 @@ impl Engine {
             JobError::Node(error) => error.to_string(),
         };
         let Some(task) = self.tasks.remove(&id) else { return };
+        if self.withdraws(id) {
+            // All cells are made anew, those that wait for this one too.
+            return;
+        }
         if let Some((made, _)) = &task.fresh {
             self.note_failure(id, made.key, &problem);
             self.fail(id, &problem);

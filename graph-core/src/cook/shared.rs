@@ -7,6 +7,7 @@ use super::job::{JobError, panic_text};
 use super::live::Mail;
 use super::memory::Memory;
 use super::results::Message;
+use super::writer::Writer;
 use crate::files::Fingerprints;
 use crate::node::NodeError;
 use crate::store::Store;
@@ -17,6 +18,7 @@ use std::sync::mpsc::Sender;
 
 pub(crate) struct Shared {
     pub store: Arc<Store>,
+    pub writer: Writer,
     pub files: Fingerprints,
     pub memory: Arc<Memory>,
     pub cancel: Arc<AtomicBool>,

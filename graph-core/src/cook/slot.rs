@@ -51,6 +51,8 @@ pub(crate) struct Absent {
 const UNKNOWN: u8 = 0;
 const STORED: u8 = 1;
 const ABSENT: u8 = 2;
+/// On its way into the store; until it is there, its pack stays in memory.
+const ON_ITS_WAY: u8 = 3;
 
 /// A value of a finished cell.
 #[derive(Debug)]
@@ -104,28 +106,45 @@ impl Slot {
                 self.place(mine, value);
             }
         }
-        if other.is_stored() {
+        if other.stored.load(Ordering::SeqCst) == STORED {
             self.now_stored();
         }
     }
 
-    /// Lets go of everything in memory.
+    /// Lets go of everything in memory, but for a pack that is on its way into the store.
     pub fn release(&self) {
         for block in &self.blocks {
             self.place(block, None);
         }
         self.place(&self.whole, None);
-        *lock(&self.pack) = None;
+        let mut pack = lock(&self.pack);
+        if self.stored.load(Ordering::SeqCst) != ON_ITS_WAY {
+            *pack = None;
+        }
+    }
+
+    /// Says that the value is on its way into the store as `pack`, and can be read from that until it is there.
+    pub fn will_be_stored(&self, pack: Pack) {
+        let mut own = lock(&self.pack);
+        *own = Some(pack);
+        self.stored.store(ON_ITS_WAY, Ordering::SeqCst);
+    }
+
+    /// Says that the store did not take it.
+    pub fn will_not_be_stored(&self) {
+        self.stored.store(ABSENT, Ordering::SeqCst);
     }
 
     /// Says that the store now holds the value.
     pub fn now_stored(&self) {
-        self.stored.store(STORED, Ordering::Relaxed);
+        let mut pack = lock(&self.pack);
+        self.stored.store(STORED, Ordering::SeqCst);
+        *pack = None;
     }
 
-    /// Whether the store is known to hold the value.
+    /// Whether the store is known to hold the value, or about to.
     pub fn is_stored(&self) -> bool {
-        self.stored.load(Ordering::Relaxed) == STORED
+        matches!(self.stored.load(Ordering::SeqCst), STORED | ON_ITS_WAY)
     }
 
     /// The blocks that hold the given frames, or all of them.

@@ -21,6 +21,8 @@ use wire::Digest;
 
 /// A cell in the making.
 pub(crate) struct Task {
+    /// By which messages of its jobs find it.
+    pub number: u64,
     /// What its key is made of, and why it is computed; `None` where a known value is only remade.
     pub fresh: Option<(Made, Reason)>,
     /// How it is cut into blocks, for a cell that works per frame.
@@ -71,7 +73,7 @@ impl Engine {
         if self.follows_twin(id, &made.key) {
             return;
         }
-        let mut task = Task::new(frames);
+        let mut task = Task::new(self.next_task(), frames);
         if let Some(frames) = &task.frames {
             task.last = self.last(id);
             let last = task.last.as_ref();
@@ -116,6 +118,9 @@ impl Engine {
     /// The computation under `key` is over, however it went: cells of the same key look whether the store has its result.
     pub(super) fn release_twins(&mut self, key: &Digest) {
         self.making.remove(key);
+        if self.twins.contains_key(key) {
+            self.shared.writer.finish();
+        }
         for twin in self.twins.remove(key).unwrap_or_default() {
             self.mark(twin);
         }
@@ -150,10 +155,15 @@ impl Engine {
         })
     }
 
+    fn next_task(&mut self) -> u64 {
+        self.tasks_begun += 1;
+        self.tasks_begun
+    }
+
     /// Remakes values of a finished cell that are needed and no longer there.
     pub(super) fn remake(&mut self, id: CellId, blocks: BTreeSet<usize>) {
         let frames = self.frames(id).and_then(Result::ok).filter(|frames| frames.count > 0);
-        let mut task = Task::new(frames);
+        let mut task = Task::new(self.next_task(), frames);
         if task.frames.is_some() {
             task.blocks = blocks;
         }
@@ -180,7 +190,7 @@ impl Engine {
                     continue;
                 }
                 let frames = self.frames(producer).and_then(Result::ok).filter(|frames| frames.count > 0);
-                let mut task = Task::new(frames);
+                let mut task = Task::new(self.next_task(), frames);
                 if task.frames.is_some() {
                     task.blocks = blocks;
                 }
@@ -294,8 +304,9 @@ impl Task {
         self.fresh.as_ref().map(|(made, _)| made.key)
     }
 
-    fn new(frames: Option<Frames>) -> Self {
+    fn new(number: u64, frames: Option<Frames>) -> Self {
         Self {
+            number,
             fresh: None,
             frames,
             blocks: BTreeSet::new(),

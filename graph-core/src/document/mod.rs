@@ -6,6 +6,7 @@
 
 mod build;
 mod diagnostic;
+pub mod edit;
 mod load;
 mod model;
 mod named_fields;

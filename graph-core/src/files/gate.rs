@@ -22,6 +22,12 @@ impl Gate {
         self.arrived.read().unwrap_or_else(PoisonError::into_inner).contains_key(path)
     }
 
+    /// Whether the file at `path` is there, arrived, and still looks as it did then.
+    pub fn stands(&self, path: &Path) -> bool {
+        let arrived = self.arrived.read().unwrap_or_else(PoisonError::into_inner).get(path).copied();
+        arrived.is_some_and(|arrived| Signature::of(path).is_ok_and(|now| now == arrived))
+    }
+
     /// Whether the file at `path` arrived, and still looks as it did then. One that is not there is let through: whoever
     /// reads it says so best.
     pub fn lets_in(&self, path: &Path) -> bool {

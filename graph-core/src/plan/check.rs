@@ -128,7 +128,11 @@ pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Op
         });
     }
     let origins = scoped.origins.into_iter().map(|origin| Origin { node: position[origin.node], ..origin }).collect();
-    Some(Plan { sources: Vec::new(), environment: Arc::default(), nodes, origins, wires: graph })
+    let given = wires.outputs.iter();
+    let outputs = given
+        .map(|(name, sources)| (name.clone(), sources.iter().map(|source| moved(source, &position)).collect()))
+        .collect();
+    Some(Plan { sources: Vec::new(), environment: Arc::default(), nodes, origins, outputs, wires: graph })
 }
 
 fn moved(source: &RawSource, position: &[usize]) -> PlanSource {

@@ -61,6 +61,8 @@ pub(super) struct Loader {
     /// Texts that are being resolved, by instance: one that comes up again leads in a circle.
     pub resolving: Vec<(usize, String)>,
     files: BTreeMap<PathBuf, Option<Arc<Graph>>>,
+    /// Texts that stand in the place of what is on disk.
+    texts: BTreeMap<PathBuf, String>,
     sources: Vec<Arc<Source>>,
     overrides: Vec<Override>,
 }
@@ -94,7 +96,11 @@ impl Loader {
         if let Some(known) = self.files.get(path) {
             return Ok(known.clone());
         }
-        let source = Arc::new(Source::load(path)?);
+        let source = match self.texts.remove(path) {
+            Some(text) => Source { path: path.to_owned(), text },
+            None => Source::load(path)?,
+        };
+        let source = Arc::new(source);
         self.sources.push(Arc::clone(&source));
         let (graph, mistakes) = read(source);
         let reached = mistakes.into_iter().map(|mistake| Diagnostic { through: through.to_vec(), ..mistake });
@@ -110,6 +116,14 @@ impl Loader {
 /// # Errors
 /// Every mistake in the graph and the graphs nested in it, found in one pass.
 pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
+    load_texts(path, overrides, BTreeMap::new())
+}
+
+/// The same where some files, by the paths under which they are reached, have other texts than on disk.
+///
+/// # Errors
+/// Every mistake in the graph and the graphs nested in it, found in one pass.
+pub fn load_texts(path: &Path, overrides: &[Override], texts: BTreeMap<PathBuf, String>) -> Result<Plan, Diagnostics> {
     let environment = Arc::new(Environment::of_process());
     let mut loader = Loader {
         instances: Vec::new(),
@@ -119,6 +133,7 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
         troubled: false,
         resolving: Vec::new(),
         files: BTreeMap::new(),
+        texts,
         sources: Vec::new(),
         overrides: overrides.to_vec(),
     };
@@ -245,7 +260,7 @@ fn nest(loader: &mut Loader, index: usize, name: &str, entry: &Entry, file: &Spa
 }
 
 /// `path` without `folder/..` where that leads to the same file.
-fn tidy(path: &Path) -> PathBuf {
+pub fn tidy(path: &Path) -> PathBuf {
     let mut short = PathBuf::new();
     for part in path.components() {
         match (part, short.components().next_back()) {

@@ -12,5 +12,5 @@ mod scope;
 
 pub(crate) use check::{Made, make};
 pub use dot::dot;
-pub use load::load;
+pub use load::{load, load_texts, tidy};
 pub use model::{Origin, OriginId, Plan, PlanInput, PlanNode, PlanSource, Template};

@@ -4,6 +4,7 @@ use crate::document::{Diagnostic, Entry, Environment, Graph, Place, Scope, Sourc
 use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts};
 use petgraph::graph::DiGraph;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -18,6 +19,8 @@ pub struct Plan {
     pub nodes: Vec<PlanNode>,
     /// The lists that nodes repeat over.
     pub origins: Vec<Origin>,
+    /// What the graph itself gives: where each of its outputs comes from.
+    pub outputs: BTreeMap<String, Vec<PlanSource>>,
     /// Who needs whom: weights are indices into `nodes`, edges go from producer to consumer.
     pub wires: DiGraph<usize, ()>,
 }

@@ -3,7 +3,7 @@
 use super::load::{Loader, Member};
 use crate::document::{Diagnostic, GraphInput, Place, Span, Spanned, did_you_mean};
 use crate::node::{PortFacts, kinds, type_text};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// An output of a node, as an input's source.
@@ -23,6 +23,8 @@ pub(super) struct Wires {
     pub each: Vec<Option<RawSource>>,
     /// Per node: the list it is itself cooked for.
     pub node_each: Vec<Option<RawSource>>,
+    /// What the root graph gives.
+    pub outputs: BTreeMap<String, Vec<RawSource>>,
 }
 
 /// A connected input.
@@ -45,7 +47,9 @@ pub(super) fn wires(loader: &mut Loader) -> Wires {
         node_each.push(for_each.and_then(|list| reference(loader, instance, &list).into_iter().next()));
         inputs.push(node_inputs(loader, node));
     }
-    Wires { inputs, each, node_each }
+    let given = loader.instances[0].graph.outputs.clone();
+    let outputs = given.into_iter().map(|(name, text)| (name, reference(loader, 0, &text))).collect();
+    Wires { inputs, each, node_each, outputs }
 }
 
 /// Connections of what could not be made: at least the nodes that they name must be there.

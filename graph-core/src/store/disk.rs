@@ -3,7 +3,7 @@
 use super::damage::{Damage, Damages};
 use super::process::Process;
 use super::seal::{Unsealed, seal, unseal};
-use super::{Action, Pack, PackWriter, StoreError};
+use super::{Action, Pack, StoreError};
 use serde::{Serialize, de::DeserializeOwned};
 use std::fs;
 use std::io::{self, ErrorKind, Write};
@@ -169,9 +169,9 @@ impl Store {
     ///
     /// # Errors
     /// Where the store cannot be written.
-    pub fn put_pack(&self, kind: &ValueKind, root: &Digest, pack: &PackWriter) -> Result<(), StoreError> {
+    pub fn put_pack(&self, root: &Digest, pack: &Pack) -> Result<(), StoreError> {
         let path = self.place("packs", root);
-        if note_use(&path) { Ok(()) } else { self.write(&path, &pack.finish(kind)) }
+        if note_use(&path) { Ok(()) } else { self.write(&path, pack.bytes()) }
     }
 
     /// Where the session called `name` stands.

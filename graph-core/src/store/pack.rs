@@ -28,8 +28,20 @@ impl PackWriter {
         self.blocks.push((digest, encoding));
     }
 
-    /// The bytes of the pack of a value of `kind`.
-    pub fn finish(&self, kind: &ValueKind) -> Vec<u8> {
+    /// The pack of a value of `kind`.
+    pub fn finish(&self, kind: &ValueKind) -> Pack {
+        let bytes = self.bytes(kind);
+        let content: usize = self.blocks.iter().map(|(_, encoding)| encoding.len()).sum();
+        let mut at = bytes.len() - content;
+        let mut blocks = Vec::with_capacity(self.blocks.len());
+        for (digest, encoding) in &self.blocks {
+            blocks.push((*digest, at..at + encoding.len()));
+            at += encoding.len();
+        }
+        Pack { of: (kind.name.to_owned(), kind.version), bytes: std::sync::Arc::new(bytes), blocks }
+    }
+
+    fn bytes(&self, kind: &ValueKind) -> Vec<u8> {
         let content: usize = self.blocks.iter().map(|(_, bytes)| bytes.len()).sum();
         let mut out = Vec::with_capacity(FIXED_BYTES + kind.name.len() + self.blocks.len() * HEAD_BYTES + content);
         out.extend_from_slice(MAGIC);
@@ -148,6 +160,11 @@ impl Pack {
         self.of == (kind.name.to_owned(), kind.version) && ValueRecord::root(kind, &self.digests()) == *root
     }
 
+    /// What stands in its file.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// The digests of the blocks.
     pub fn digests(&self) -> Vec<Digest> {
         self.blocks.iter().map(|(digest, _)| *digest).collect()
@@ -174,8 +191,11 @@ mod tests {
         for block in [b"brow".to_vec(), b"chin and jaw".to_vec()] {
             writer.push(kind.digest(&block), Arc::new(block));
         }
-        let bytes = writer.finish(&kind);
-        let digests = Pack::open(bytes.clone()).unwrap().digests();
+        let finished = writer.finish(&kind);
+        let bytes = finished.bytes().to_vec();
+        let opened = Pack::open(bytes.clone()).unwrap();
+        assert_eq!((&opened.of, &opened.blocks), (&finished.of, &finished.blocks));
+        let digests = opened.digests();
         let root = ValueRecord::root(&kind, &digests);
         let sound = |bytes: Vec<u8>| {
             let opened = Pack::open(bytes.clone()).is_some_and(|pack| {

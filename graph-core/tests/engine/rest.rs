@@ -92,6 +92,22 @@ fn what_a_cook_depends_on_wakes_the_graph_and_nothing_else_does() {
 }
 
 #[test]
+fn a_file_that_could_not_be_written_is_written_in_the_next_cook() {
+    let project = project();
+    project.cook();
+    let_files_age();
+    // A folder stands where the new file is made before it is renamed; the old one stays as it is.
+    let made = project.path(&format!("out/graph-core/.a.txt.{}.part", std::process::id()));
+    fs::create_dir(&made).unwrap();
+    let failed = project.cook_with(&["by=5"]);
+    assert_eq!(failed.summary.failed, 1, "{:#?}", failed.events);
+    fs::remove_dir(&made).unwrap();
+    assert!(find(&project, &["by=5"], &project.options).is_none());
+    assert_eq!(project.cook_with(&["by=5"]).summary.failed, 0);
+    assert!(project.read("out/graph-core/a.txt").starts_with("0\n5\n10\n"));
+}
+
+#[test]
 fn a_cook_that_has_something_to_tell_tells_it_again() {
     let failing = project();
     failing.write("takes/a.txt", "no number\n");

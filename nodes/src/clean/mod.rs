@@ -1,6 +1,7 @@
 //! Nodes that make takes fit for solving: after loading, before anything is solved.
 
 mod fill_gaps;
+mod keep_frames;
 mod learn_shape_space;
 mod measure_jitter;
 mod project_eye_markers;
@@ -10,6 +11,7 @@ mod stabilize_head;
 mod triangulate_markers;
 
 pub use fill_gaps::FillGaps;
+pub use keep_frames::KeepFrames;
 pub use learn_shape_space::LearnShapeSpace;
 pub use measure_jitter::MeasureJitter;
 pub use project_eye_markers::ProjectEyeMarkers;

@@ -2,7 +2,6 @@
 
 mod frame_range;
 mod parts;
-mod plot;
 mod render_faces;
 mod save_animation;
 mod save_curves;
@@ -10,7 +9,7 @@ mod save_images;
 mod save_markers;
 mod save_plot;
 mod save_scores;
-mod scene;
+pub mod scene;
 
 pub use render_faces::RenderFaces;
 pub use save_animation::SaveAnimation;

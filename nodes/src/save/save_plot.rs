@@ -1,11 +1,11 @@
 //! `save_plot`: curves over their frames, or scores over a number, as a plot; what a study is looked at by.
 
-use super::plot::{Line, Plot, draw};
 use crate::patterns::Patterns;
 use crate::values::Scores;
 use face_math::data::Curves;
 use graph_core::cook::{Artifact, FILES};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
+use plot::{Ink, Line, Plot, draw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ graph_core::register!(SavePlot);
 #[typetag::serde(name = "save_plot")]
 impl Node for SavePlot {
     fn card(&self) -> Card {
-        Card::new("save").may_gather(&CURVES).may_gather(&SCORES).writes("path")
+        Card::new("save").may_gather(&CURVES).may_gather(&SCORES).writes("path").version(2)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
@@ -88,7 +88,7 @@ impl Node for SavePlot {
             height_px: f64::from(self.height_px),
             lines,
         };
-        Ok(Outputs::default().with(&FILES, Artifact { bytes: draw(&plot).into_bytes() }))
+        Ok(Outputs::default().with(&FILES, Artifact { bytes: draw(&plot, &Ink::PAPER).into_bytes() }))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What `render_faces` draws: a rig posed frame by frame, with captured markers beside its own.
+//! What `render_faces` and reports draw: a rig posed frame by frame, with captured markers beside its own.
 
 use face_math::data::{Attachment, Curves, Markers, Rig, SurfacePoint};
 use face_math::rig::Puppet;
@@ -6,20 +6,24 @@ use glam::Vec3;
 use wire::FrameAxis;
 
 /// Why there is nothing to draw; the node says which input is to blame.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum SceneError {
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SceneError {
     /// The rig.
+    #[error("rig: {0}")]
     Rig(String),
     /// The curves.
+    #[error("curves: {0}")]
     Curves(String),
     /// The markers.
+    #[error("markers: {0}")]
     Markers(String),
     /// The attachment.
+    #[error("attachment: {0}")]
     Attachment(String),
 }
 
 /// A rig, what moves it, and markers on it, checked to fit together.
-pub(super) struct Scene<'a> {
+pub struct Scene<'a> {
     puppet: Puppet<'a>,
     curves: Curves,
     captured: Option<&'a Markers>,
@@ -27,7 +31,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// A head in one frame.
-pub(super) struct Pose<'a> {
+pub struct Pose<'a> {
     /// Number of the frame.
     pub frame: i64,
     /// Vertices of the rig, in metres.
@@ -42,6 +46,9 @@ pub(super) struct Pose<'a> {
 
 impl<'a> Scene<'a> {
     /// Puts the inputs together.
+    ///
+    /// # Errors
+    /// Where they do not fit, or there is no frame.
     pub fn new(
         rig: &'a Rig,
         curves: &Curves,
@@ -111,7 +118,7 @@ impl<'a> Scene<'a> {
 }
 
 /// Neutral positions of the vertices that some shape moves by 4 mm or more, or that follow the jaw; all where none is.
-pub(super) fn moved(rig: &Rig) -> Vec<Vec3> {
+pub fn moved(rig: &Rig) -> Vec<Vec3> {
     let mut moves = vec![false; rig.neutral.len()];
     for shape in &rig.shapes {
         for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {

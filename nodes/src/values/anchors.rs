@@ -3,7 +3,7 @@
 
 use face_math::data::{DataError, Markers};
 use glam::Vec3;
-use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, Table, Value, ValueKind};
 
 /// Anchor poses, in the order in which they apply.
 #[derive(Debug, Clone, PartialEq)]
@@ -90,6 +90,12 @@ impl Value for Anchors {
 
     fn size(&self) -> usize {
         self.captured.size() + self.puppet.size() + 8 * self.frames.len()
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        let named = |what, table| Table { what, ..table };
+        let captured = self.captured.tables().into_iter().map(|table| named("captured", table));
+        captured.chain(self.puppet.tables().into_iter().map(|table| named("puppet", table))).collect()
     }
 }
 

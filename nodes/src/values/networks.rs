@@ -3,7 +3,7 @@
 use face_math::data::FeatureSet;
 use learn::Network;
 use serde::{Deserialize, Serialize};
-use wire::{Data, DecodeError, Decoder, Encoder, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, Rows, Table, Tolerance, Value, ValueKind};
 
 /// The trained networks of all regions of a face (section 4.4 of FDLS).
 #[derive(Debug, Clone, PartialEq)]
@@ -88,6 +88,21 @@ impl Value for Networks {
     fn size(&self) -> usize {
         // A network keeps its numbers twice: as trained, and packed for evaluation.
         self.regions.iter().map(|region| region.network.architecture().parameter_count() * 8).sum()
+    }
+
+    /// How well they were trained: their weights mean nothing one by one, and drift apart on different machines.
+    fn tables(&self) -> Vec<Table<'_>> {
+        let epochs = self.regions.iter().map(|region| region.training.losses.len()).max().unwrap_or(0);
+        vec![Table {
+            what: "losses",
+            unit: "",
+            tolerance: Tolerance::relative(0.1),
+            rows: Rows::Counted("epoch", epochs),
+            columns: self.regions.iter().map(|region| region.region.clone()).collect(),
+            number: Box::new(|epoch, region| {
+                self.regions[region].training.losses.get(epoch).copied().unwrap_or(f64::NAN)
+            }),
+        }]
     }
 }
 

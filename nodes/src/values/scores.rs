@@ -1,6 +1,6 @@
 //! Scores: a few named numbers that say how good a result is, for people to read and snapshots to hold.
 
-use wire::{Data, DecodeError, Decoder, Encoder, Value, ValueKind};
+use wire::{Data, DecodeError, Decoder, Encoder, Rows, Table, Tolerance, Value, ValueKind};
 
 /// How far a result is off: over all, and by name.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,18 @@ impl Value for Scores {
 
     fn size(&self) -> usize {
         self.by_name.len() * 48 + 64
+    }
+
+    fn tables(&self) -> Vec<Table<'_>> {
+        let names = std::iter::once("overall").chain(self.by_name.iter().map(|(name, _)| name.as_str()));
+        vec![Table {
+            what: "scores",
+            unit: "",
+            tolerance: Tolerance { absolute: 1e-6, relative: 1e-2 },
+            rows: Rows::Named("score", names.map(str::to_owned).collect()),
+            columns: vec!["score".to_owned()],
+            number: Box::new(|row, _| if row == 0 { self.overall } else { self.by_name[row - 1].1 }),
+        }]
     }
 }
 

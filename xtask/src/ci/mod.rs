@@ -27,7 +27,7 @@ enum Done {
 }
 
 /// All checks, the quick ones first.
-const STEPS: [Step; 9] = [
+const STEPS: [Step; 10] = [
     Step { name: "fmt", run: steps::fmt },
     Step { name: "tidy", run: steps::tidy },
     Step { name: "clippy", run: steps::clippy },
@@ -36,6 +36,7 @@ const STEPS: [Step; 9] = [
     Step { name: "deny", run: steps::deny },
     Step { name: "build", run: steps::build },
     Step { name: "docs", run: steps::docs },
+    Step { name: "snapshot", run: steps::snapshots },
     Step { name: "test", run: test::run },
 ];
 

@@ -23,7 +23,7 @@ pub fn fmt(repository: &Repository) -> Result<Done, Failure> {
     if wrong.is_empty() && output.status.success() {
         return Ok(Done::Fine);
     }
-    wrong.push("these files are not laid out by rustfmt: run `cargo fmt --all`".into());
+    wrong.push("these files are not laid out by rustfmt: run `rustfmt --edition 2024` on them".into());
     Err(Failure::Findings(wrong))
 }
 
@@ -57,18 +57,38 @@ const PROGRAM: &str = "grimace-under-test";
 /// The generated manual is what the nodes say. The program that lists them is the one built for the tests: by itself
 /// it would be built with other features of its dependencies, and thus once more.
 pub fn docs(repository: &Repository) -> Result<Done, Failure> {
+    manual::check(repository, &mut repository.program(program(repository)?))?;
+    Ok(Done::Fine)
+}
+
+/// Graphs that hold a snapshot give what they gave when it was accepted. They are cooked from nothing, in a store of their own.
+pub fn snapshots(repository: &Repository) -> Result<Done, Failure> {
+    let program = program(repository)?;
+    let store = repository.path("target/snapshots");
+    if store.exists() {
+        std::fs::remove_dir_all(&store).map_err(|problem| Failure::File { path: store.clone(), problem })?;
+    }
+    for file in repository.files()? {
+        if let Some(graph) = file.strip_suffix("/golden/snapshot.ron").filter(|graph| graph.starts_with("graphs/")) {
+            let mut command = repository.program(&program);
+            run(command.args(["snapshot", "check", graph, "-q", "--store"]).arg(&store))?;
+        }
+    }
+    Ok(Done::Fine)
+}
+
+/// The program `grimace` as it was built for the tests.
+fn program(repository: &Repository) -> Result<String, Failure> {
     let messages = output_of(repository.cargo(BUILD).arg("--message-format=json-render-diagnostics"))?;
     let program = messages.lines().find_map(|line| {
         let message: Value = serde_json::from_str(line).ok()?;
         let is_ours = message["target"]["name"] == PROGRAM;
         message["executable"].as_str().filter(|_| is_ours).map(str::to_owned)
     });
-    let program = program.ok_or_else(|| Failure::Command {
+    program.ok_or_else(|| Failure::Command {
         command: "cargo test --no-run".into(),
         problem: format!("built no {PROGRAM}"),
-    })?;
-    manual::check(repository, &mut repository.program(program))?;
-    Ok(Done::Fine)
+    })
 }
 
 /// The repository's own rules.

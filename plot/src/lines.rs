@@ -1,9 +1,11 @@
-//! Lines in a frame with axes, as SVG; what `save_plot` writes.
+//! Lines in a frame with axes.
 
+use crate::escaped;
 use std::fmt::Write;
 
 /// A line.
-pub(super) struct Line {
+#[derive(Debug, Clone)]
+pub struct Line {
     /// What the legend calls it.
     pub name: String,
     /// x and y, in the order of x; where y is NaN, the line has a gap.
@@ -13,19 +15,65 @@ pub(super) struct Line {
 }
 
 /// A plot.
-pub(super) struct Plot {
+#[derive(Debug, Clone)]
+pub struct Plot {
+    /// What stands above it.
     pub title: String,
+    /// What stands below.
     pub x_label: String,
+    /// What stands beside.
     pub y_label: String,
     /// Whether the vertical axis begins at 0.
     pub from_zero: bool,
+    /// Width of the picture.
     pub width_px: f64,
+    /// Height of the picture.
     pub height_px: f64,
+    /// The lines.
     pub lines: Vec<Line>,
 }
 
-/// Colours that people of any colour vision tell apart (Okabe and Ito 2008), yellow left out as too pale on white.
-const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000"];
+/// What a plot is drawn with, beside the colours of its lines.
+#[derive(Debug, Clone, Copy)]
+pub struct Ink {
+    /// What it is drawn on; nothing where that is a page of its own colour.
+    pub ground: Option<&'static str>,
+    /// Text, frame and ticks.
+    pub text: &'static str,
+    /// How strong the lines of ticks are.
+    pub grid_opacity: f64,
+}
+
+impl Ink {
+    /// For a file of its own: on white.
+    pub const PAPER: Self = Self { ground: Some("#ffffff"), text: "#222222", grid_opacity: 0.15 };
+    /// For a page that may be light or dark: in the colour of its text.
+    pub const PAGE: Self = Self { ground: None, text: "currentColor", grid_opacity: 0.2 };
+
+    /// The beginning of a picture, which says what it is to those who do not see it.
+    pub(crate) fn open(&self, title: &str, width_px: f64, height_px: f64) -> String {
+        let title = escaped(title);
+        let mut svg = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width_px}\" height=\"{height_px}\" \
+             viewBox=\"0 0 {width_px} {height_px}\" role=\"img\" aria-label=\"{title}\" font-family=\"sans-serif\" \
+             font-size=\"13\">\n"
+        );
+        if let Some(ground) = self.ground {
+            let _ = writeln!(svg, "<rect width=\"{width_px}\" height=\"{height_px}\" fill=\"{ground}\"/>");
+        }
+        let _ = writeln!(
+            svg,
+            "<text x=\"{:.1}\" y=\"22\" text-anchor=\"middle\" font-weight=\"bold\" font-size=\"15\" fill=\"{}\">{title}</text>",
+            width_px / 2.0,
+            self.text
+        );
+        svg
+    }
+}
+
+/// Colours that people of any colour vision tell apart (Okabe and Ito 2008); yellow is left out as too pale on white, black as too
+/// dark on black.
+const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 
 /// Pixels between the frame and the edges of the picture: left, right, top, bottom.
 const MARGINS: [f64; 4] = [72.0, 20.0, 44.0, 56.0];
@@ -74,7 +122,7 @@ impl Axis {
 }
 
 /// The plot as SVG.
-pub(super) fn draw(plot: &Plot) -> String {
+pub fn draw(plot: &Plot, ink: &Ink) -> String {
     let drawn = || plot.lines.iter().flat_map(|line| &line.points).filter(|(x, y)| x.is_finite() && y.is_finite());
     let range = |of: fn(&(f64, f64)) -> f64| {
         drawn().map(of).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
@@ -96,25 +144,23 @@ pub(super) fn draw(plot: &Plot) -> String {
     let x_at = |x: f64| left + width * x_axis.share(x);
     let y_at = |y: f64| top + height * (1.0 - y_axis.share(y));
 
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" \
-         font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n",
-        plot.width_px, plot.height_px
-    );
+    let mut svg = ink.open(&plot.title, plot.width_px, plot.height_px);
+    let (ink_text, grid) = (ink.text, ink.grid_opacity);
     for tick in y_axis.ticks() {
         let y = y_at(tick);
         let end = left + width;
-        let _ = writeln!(svg, "<path d=\"M{left:.1} {y:.1}H{end:.1}\" stroke=\"#dddddd\"/>");
-        text(&mut svg, (left - 8.0, y + 4.5), "end", &y_axis.text(tick));
+        let _ =
+            writeln!(svg, "<path d=\"M{left:.1} {y:.1}H{end:.1}\" stroke=\"{ink_text}\" stroke-opacity=\"{grid}\"/>");
+        text((&mut svg, ink), (left - 8.0, y + 4.5), "end", &y_axis.text(tick));
     }
     for tick in x_axis.ticks() {
         let (x, base) = (x_at(tick), top + height);
-        let _ = writeln!(svg, "<path d=\"M{x:.1} {base:.1}v5\" stroke=\"#333333\"/>");
-        text(&mut svg, (x, base + 20.0), "middle", &x_axis.text(tick));
+        let _ = writeln!(svg, "<path d=\"M{x:.1} {base:.1}v5\" stroke=\"{ink_text}\"/>");
+        text((&mut svg, ink), (x, base + 20.0), "middle", &x_axis.text(tick));
     }
     let _ = writeln!(
         svg,
-        "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#333333\"/>"
+        "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"{ink_text}\"/>"
     );
     for (index, line) in plot.lines.iter().enumerate() {
         let colour = COLOURS[index % COLOURS.len()];
@@ -137,17 +183,14 @@ pub(super) fn draw(plot: &Plot) -> String {
             let x = left + width / columns as f64 * (index % columns) as f64;
             let y = MARGINS[2] + LEGEND_LINE_PX * (index / columns) as f64;
             let _ = writeln!(svg, "<path d=\"M{x:.1} {y:.1}h22\" stroke=\"{colour}\" stroke-width=\"3\"{dash}/>");
-            text(&mut svg, (x + 28.0, y + 4.5), "start", &line.name);
+            text((&mut svg, ink), (x + 28.0, y + 4.5), "start", &line.name);
         }
     }
     let middle = left + width / 2.0;
-    let _ = write!(svg, "<g font-weight=\"bold\" font-size=\"15\">");
-    text(&mut svg, (middle, 22.0), "middle", &plot.title);
-    svg += "</g>\n";
-    text(&mut svg, (middle, plot.height_px - 12.0), "middle", &plot.x_label);
+    text((&mut svg, ink), (middle, plot.height_px - 12.0), "middle", &plot.x_label);
     let beside = top + height / 2.0;
     let _ = write!(svg, "<g transform=\"translate(18 {beside:.1}) rotate(-90)\">");
-    text(&mut svg, (0.0, 0.0), "middle", &plot.y_label);
+    text((&mut svg, ink), (0.0, 0.0), "middle", &plot.y_label);
     svg += "</g>\n</svg>\n";
     svg
 }
@@ -160,9 +203,13 @@ fn legend_columns(plot: &Plot) -> usize {
 }
 
 /// Text at a place, with what SVG reads as its own replaced.
-fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, text: &str) {
-    let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"#222222\">{text}</text>");
+fn text((svg, ink): (&mut String, &Ink), (x, y): (f64, f64), anchor: &str, text: &str) {
+    let _ = writeln!(
+        svg,
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" fill=\"{}\">{}</text>",
+        ink.text,
+        escaped(text)
+    );
 }
 
 #[cfg(test)]

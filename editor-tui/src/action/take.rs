@@ -1,0 +1,141 @@
+//! What comes from outside: checks, cooks, values, files.
+
+use super::{changed, peek, unread};
+use crate::model::texts::Taken;
+use crate::model::{Cooking, Effect, Message, Overlay, Question, State};
+use graph_core::cook::{Event, Summary};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Takes a message that is no key.
+pub fn take(state: &mut State, message: Message) -> Vec<Effect> {
+    match message {
+        Message::Checked { revision, mistakes, events } => {
+            if revision >= state.checked {
+                state.checked = revision;
+                state.mistakes = Arc::new(mistakes);
+                if !events.is_empty() && state.cooking.is_none() {
+                    state.statuses.begin();
+                    for event in &events {
+                        state.statuses.take(event);
+                    }
+                }
+            }
+            Vec::new()
+        }
+        Message::CookBegan => {
+            state.cooking.get_or_insert_default();
+            Vec::new()
+        }
+        Message::Cook(event) => {
+            cook(state, &event);
+            Vec::new()
+        }
+        Message::CookEnded(summary) => {
+            let cooked = state.cooking.take().map(|cooking| cooking.revision);
+            state.statuses.stop();
+            ended(state, summary);
+            state.preview.forget();
+            let mut effects = peek(state);
+            if cooked != Some(state.texts.revision) {
+                effects.push(Effect::Check);
+            }
+            effects
+        }
+        Message::Peeked { of, value } => {
+            state.preview.shown(&of, value);
+            Vec::new()
+        }
+        Message::OnDisk { file, text } => on_disk(state, &file, text),
+        Message::Saved(Ok(files)) => {
+            for (file, text) in &files {
+                state.texts.saved(file, text);
+            }
+            let names: Vec<_> = files.iter().map(|(file, _)| file.display().to_string()).collect();
+            state.say(format!("saved {}", names.join(", ")));
+            Vec::new()
+        }
+        Message::Saved(Err(problem)) => {
+            state.complain(problem);
+            Vec::new()
+        }
+        Message::JournalFound { operations, bases } => {
+            state.overlay = Overlay::Question(Question::Journal { operations, bases });
+            Vec::new()
+        }
+        Message::Beat => {
+            state.beat += 1;
+            if state.preview.playing {
+                state.preview.scrub(1);
+            }
+            Vec::new()
+        }
+        Message::Size(columns, rows) => {
+            state.size = (columns, rows);
+            state.show_selected();
+            Vec::new()
+        }
+        Message::Key(_) | Message::Mouse(_) | Message::Paste(_) => Vec::new(),
+    }
+}
+
+fn cook(state: &mut State, event: &Event) {
+    let cooking = state.cooking.get_or_insert_with(Cooking::default);
+    match event {
+        Event::Planned { cells } => cooking.cells = *cells,
+        Event::Cooked { .. } | Event::Cached { .. } | Event::Failed { .. } | Event::Skipped { .. } => cooking.done += 1,
+        Event::Notice { about, message } => state.complain(format!("{about}: {message}")),
+        _ => {}
+    }
+    state.statuses.take(event);
+}
+
+fn ended(state: &mut State, summary: Result<Summary, String>) {
+    match summary {
+        Err(problem) => state.complain(problem),
+        Ok(summary) => {
+            let mut text = format!("{} cooked, {} up to date", summary.cooked, summary.cached);
+            if summary.failed > 0 {
+                text = format!("{} failed, {} skipped, {text}", summary.failed, summary.skipped);
+            }
+            if summary.cancelled {
+                text = format!("cancelled: {text}");
+            }
+            let text = format!("{text} in {:.1} s", summary.seconds);
+            if summary.failed > 0 { state.complain(text) } else { state.say(text) }
+        }
+    }
+}
+
+fn on_disk(state: &mut State, file: &Path, text: Result<String, String>) -> Vec<Effect> {
+    let text = match text {
+        Ok(text) => text,
+        Err(problem) => {
+            state.complain(problem);
+            return Vec::new();
+        }
+    };
+    if state.texts.get(file).is_none() {
+        state.texts.add(file.to_owned(), text);
+        state.refresh();
+        let mut effects = unread(state);
+        effects.push(Effect::Check);
+        return effects;
+    }
+    let name = file.display();
+    match state.texts.changed_on_disk(file, &text) {
+        Taken::Same => return Vec::new(),
+        Taken::Read => state.say(format!("{name} changed on disk and was read again")),
+        Taken::Merged => state.say(format!("{name} changed on disk; its changes and yours stand together now")),
+        Taken::Conflict => {
+            state.overlay = Overlay::Question(Question::Conflict { file: file.to_owned(), theirs: text });
+            return Vec::new();
+        }
+    }
+    state.refresh();
+    state.select_first();
+    let mut effects = changed(state, None);
+    effects.extend(unread(state));
+    effects.push(Effect::Check);
+    effects
+}

@@ -1,0 +1,152 @@
+//! Errors of solves over time: what `marker_error` measured, take by take and region by region.
+
+use crate::ReportError;
+use crate::html::{Section, figure};
+use face_math::data::Curves;
+use graph_core::cook::Engine;
+use plot::{Ink, Line, Plot};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::sync::Arc;
+
+/// Plots that are drawn, of the takes with the largest errors.
+const DRAWN: usize = 24;
+/// Points of a line, which is what a plot can show.
+const POINTS: usize = 900;
+/// The channel of all markers.
+pub(crate) const ALL: &str = "rms_mm";
+
+/// The errors of one solve of one take.
+pub(crate) struct TakeError {
+    /// The cell that measured them.
+    pub cell: usize,
+    /// Its name.
+    pub name: String,
+    /// The take; empty outside of lists.
+    pub take: String,
+    /// Millimetres, by frame: all markers, the worst, and each region.
+    pub curves: Arc<Curves>,
+    /// Mean over the frames of the root mean square over all markers, in millimetres.
+    pub mean_mm: f64,
+}
+
+/// All errors that the graph measured.
+pub(crate) fn find(engine: &mut Engine) -> Result<Vec<TakeError>, ReportError> {
+    let measured: Vec<(usize, String, String)> = engine
+        .cells()
+        .into_iter()
+        .filter(|cell| cell.kind == "marker_error" && cell.failed.is_none())
+        .map(|cell| (cell.id, cell.name.to_owned(), cell.items.join("/")))
+        .collect();
+    let mut found = Vec::new();
+    for (cell, name, take) in measured {
+        let Some(curves) = engine.value(cell, "error", "")?.downcast_arc::<Curves>() else { continue };
+        let mean_mm = mean(&curves).unwrap_or(f64::NAN);
+        found.push(TakeError { cell, name, take, curves, mean_mm });
+    }
+    Ok(found)
+}
+
+fn mean(curves: &Curves) -> Option<f64> {
+    let column = curves.index(ALL)?;
+    let seen =
+        (0..curves.frames()).map(|frame| f64::from(curves.frame(frame)[column])).filter(|error| error.is_finite());
+    let (sum, count) = seen.fold((0.0, 0_usize), |(sum, count), error| (sum + error, count + 1));
+    (count > 0).then(|| sum / count as f64)
+}
+
+/// The best solve of each take: that of the least mean error.
+pub(crate) fn best(errors: &[TakeError]) -> Vec<&TakeError> {
+    let mut best: BTreeMap<&str, &TakeError> = BTreeMap::new();
+    for error in errors.iter().filter(|error| error.mean_mm.is_finite()) {
+        let known = best.entry(&error.take).or_insert(error);
+        if error.mean_mm < known.mean_mm {
+            *known = error;
+        }
+    }
+    best.into_values().collect()
+}
+
+/// The section that shows them.
+pub(crate) fn over_time(errors: &[TakeError]) -> Option<Section> {
+    let mut shown: Vec<&TakeError> = errors.iter().filter(|error| error.mean_mm.is_finite()).collect();
+    if shown.is_empty() {
+        return None;
+    }
+    let all = shown.len();
+    shown.sort_by(|a, b| b.mean_mm.total_cmp(&a.mean_mm));
+    shown.truncate(DRAWN);
+    shown.sort_by(|a, b| (&a.take, &a.name).cmp(&(&b.take, &b.name)));
+    let mut body = String::from(
+        "<p>Distance between the puppet's markers and the captured ones: root mean square over the markers of each region.</p>\n",
+    );
+    if all > shown.len() {
+        let _ = writeln!(body, "<p class=\"quiet\">The {} of {all} with the largest errors.</p>", shown.len());
+    }
+    body += "<div class=\"row\">\n";
+    for error in shown {
+        let drawn = plot::draw(&plot_of(error), &Ink::PAGE);
+        body += &figure(&drawn, &format!("{}: mean {:.2} mm", error.name, error.mean_mm));
+    }
+    Some(Section { id: "errors", title: "Errors over time", body: body + "</div>\n" })
+}
+
+fn plot_of(error: &TakeError) -> Plot {
+    let curves = &error.curves;
+    let axis = curves.frame_axis();
+    let every = curves.frames().div_ceil(POINTS).max(1);
+    let line = |(column, channel): (usize, &String)| {
+        // The largest of the frames that fall on one point, so that no peak is lost.
+        let point = |first: usize| {
+            let frames = first..(first + every).min(curves.frames());
+            let most = frames.map(|frame| f64::from(curves.frame(frame)[column])).fold(f64::NAN, f64::max);
+            ((axis.first + first as i64) as f64, most)
+        };
+        let name = if channel == ALL { "all markers".to_owned() } else { channel.trim_end_matches("_mm").to_owned() };
+        Line { name, points: (0..curves.frames()).step_by(every).map(point).collect(), dots: false }
+    };
+    let channels = curves.channels().iter().enumerate().filter(|(_, channel)| *channel != "worst_mm");
+    let (width_px, height_px) = (560.0, 320.0);
+    Plot {
+        title: error.name.clone(),
+        x_label: "frame".to_owned(),
+        y_label: "error (mm)".to_owned(),
+        from_zero: true,
+        width_px,
+        height_px,
+        lines: channels.map(line).collect(),
+    }
+}
+
+/// The frames of the largest errors over all markers, at least a quarter of a second apart: position and millimetres.
+pub(crate) fn worst_frames(curves: &Curves, count: usize) -> Vec<(usize, f64)> {
+    let Some(column) = curves.index(ALL) else { return Vec::new() };
+    let apart = (curves.frame_axis().rate_hz / 4.0).ceil().max(1.0) as usize;
+    let mut frames: Vec<(usize, f64)> =
+        (0..curves.frames()).map(|frame| (frame, f64::from(curves.frame(frame)[column]))).collect();
+    frames.retain(|(_, error)| error.is_finite());
+    frames.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let mut found: Vec<(usize, f64)> = Vec::new();
+    for (frame, error) in frames {
+        if found.len() < count && found.iter().all(|(known, _)| known.abs_diff(frame) >= apart) {
+            found.push((frame, error));
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::FrameAxis;
+
+    #[test]
+    fn worst_frames_stand_apart_and_gaps_are_passed_over() {
+        let mut values = vec![0.1_f32; 100];
+        (values[50], values[51], values[80], values[10]) = (3.0, 2.9, 2.0, f32::NAN);
+        let curves =
+            Curves::new(FrameAxis { first: 1001, count: 100, rate_hz: 24.0 }, vec![ALL.into()], values).unwrap();
+        let found: Vec<usize> = worst_frames(&curves, 2).into_iter().map(|(frame, _)| frame).collect();
+        assert_eq!(found, [50, 80]);
+    }
+}
