@@ -82,7 +82,7 @@ pub fn watch(arguments: &Watch, global: &Global) -> Result<Exit, Trouble> {
             watching.look();
             looked = Instant::now();
         }
-        teller.tick(&watching.settling(), watching.is_cooking());
+        teller.tick(&watching.settling(), watching.is_cooking(), watching.is_broken());
     }
     let cut = watching.end();
     teller.end();

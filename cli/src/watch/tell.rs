@@ -116,9 +116,9 @@ impl Teller {
     }
 
     /// Shows, on a terminal, what goes on now.
-    pub fn tick(&self, settling: &[(PathBuf, u64)], cooking: bool) {
+    pub fn tick(&self, settling: &[(PathBuf, u64)], cooking: bool, broken: bool) {
         if !self.json {
-            self.status().show(settling, cooking);
+            self.status().show(settling, cooking, broken);
         }
     }
 

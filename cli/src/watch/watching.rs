@@ -142,6 +142,11 @@ impl Watching {
         self.kitchen.cooking
     }
 
+    /// Whether the graph is wrong as it stands.
+    pub fn is_broken(&self) -> bool {
+        self.broken
+    }
+
     /// Ends the watch. Whether that cut a cook short.
     pub fn end(&mut self) -> bool {
         self.kitchen.close()
