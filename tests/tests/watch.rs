@@ -229,7 +229,9 @@ fn takes_that_come_in_any_way_end_in_the_right_outputs() {
         }
         std::thread::sleep(Duration::from_millis(random(&mut state) % 60));
     }
-    threads.into_iter().for_each(|thread| thread.join().unwrap());
+    for thread in threads {
+        thread.join().unwrap();
+    }
     watch.until_waiting_for(takes - gone.len());
     // A burst, one of them with what another holds.
     for index in 0..50 {
@@ -354,10 +356,7 @@ fn edits_of_nested_graphs_and_of_files_that_are_no_takes_are_taken() {
     project.write("calm.ron", NESTED.replace("1.5", "2.5"));
     watch.until("the nested graph", |event| event["event"] == "wrote" && event["node"] == "save@b");
     watch.until_waiting_for(3);
-    assert_eq!(
-        nodes(&watch.events),
-        ["calm/smooth@a", "calm/smooth@b", "save@a", "save@b", "score@a", "score@b"]
-    );
+    assert_eq!(nodes(&watch.events), ["calm/smooth@a", "calm/smooth@b", "save@a", "save@b", "score@a", "score@b"]);
     // One that is wrong shows where, and is mended.
     watch.events.clear();
     project.write("calm.ron", NESTED.replace("smooth_curves", "smooth_curve"));

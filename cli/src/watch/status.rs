@@ -150,7 +150,8 @@ impl Status {
     fn tell_done(&mut self) {
         let is_quiet = |row: &Row| row.heard.is_some_and(|heard| heard.elapsed() >= QUIET);
         let ended = |row: &Row| row.error.is_some() || !row.wrote.is_empty();
-        let works = |item: &str| self.running.keys().any(|node| node.split_once('@').is_some_and(|(_, own)| own == item));
+        let works =
+            |item: &str| self.running.keys().any(|node| node.split_once('@').is_some_and(|(_, own)| own == item));
         let done = self.rows.iter().filter(|(item, row)| is_quiet(row) && ended(row) && !works(item));
         let done: Vec<String> = done.map(|(item, _)| item.clone()).collect();
         for item in done {

@@ -1,5 +1,5 @@
 //! The engine: a plan in memory, cooked as often as something changes. One thread coordinates; computations that take time
-//! run on a pool.
+//! run on the threads of a crew.
 //!
 //! What changed is pushed, not searched for: a dirty cell is looked at, and only where its result differs do the cells behind
 //! it become dirty. Cells are looked at in the order of the plan. While a cell is in the making, everything that depends on

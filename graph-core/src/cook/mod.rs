@@ -1,7 +1,7 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
 //! [`Engine`] makes cells from the plan (`cell`, `unfold`; `refold` where a list has other items), pushes changes to those that depend on them (`push`, `edit`), asks of
-//! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on a pool of threads (`tasks`, `job`; `blocks` and `join` for cells that work
+//! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on the threads of a `crew` (`tasks`, `job`; `blocks` and `join` for cells that work
 //! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
 //! holds values in `slot`s, as many as `memory` allows, has results written to the store (`writer`) and the nodes' files (`publish`),
 //! remembers everything for the next process (`session`) and for `why` (`reason`). What changes while a cook runs is taken in at

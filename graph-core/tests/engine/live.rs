@@ -16,7 +16,10 @@ fn open_to(project: &Project, gate: &Gate, names: &[&str]) {
 }
 
 /// Cooks `takes` with both let in, while `meddle` sees each event before the engine goes on.
-fn meddled(jobs: usize, meddle: impl Fn(&Project, &Event) + Send + Sync + 'static) -> (Arc<Project>, Summary, Vec<Event>) {
+fn meddled(
+    jobs: usize,
+    meddle: impl Fn(&Project, &Event) + Send + Sync + 'static,
+) -> (Arc<Project>, Summary, Vec<Event>) {
     let mut project = takes();
     let gate = Arc::new(Gate::default());
     open_to(&project, &gate, &["a", "b"]);
@@ -31,8 +34,7 @@ fn meddled(jobs: usize, meddle: impl Fn(&Project, &Event) + Send + Sync + 'stati
     };
     let plan = load(&project.path("graph.ron"), &[]).unwrap();
     let options = project.options.clone();
-    let mut engine =
-        Engine::new(plan, &[], project.store(), options, Arc::default(), Some(Arc::new(tell))).unwrap();
+    let mut engine = Engine::new(plan, &[], project.store(), options, Arc::default(), Some(Arc::new(tell))).unwrap();
     let summary = engine.cook().unwrap();
     drop(engine);
     let events = events.lock().unwrap().clone();
