@@ -1,5 +1,7 @@
 //! What every fuzz target holds a reader to, beyond that it does not panic.
 
+pub mod kinds;
+
 use face_io::ReadError;
 use face_io::markers::MarkerFile;
 

@@ -119,7 +119,7 @@ fn made(kind: &str, with: &BTreeMap<String, String>) -> Result<Box<dyn Node>, Ve
         let _ = write!(written, "{name}: {value}, ");
     }
     let text = format!("(grimace: 1, nodes: {{ \"node\": (kind: \"{kind}\", with: ({written})) }})");
-    let source = Arc::new(Source { path: "graph.ron".into(), text });
+    let source = Arc::new(Source::new("graph.ron", text));
     let (graph, mistakes) = read(Arc::clone(&source));
     let graph = graph.filter(|_| mistakes.is_empty()).ok_or(mistakes)?;
     let (scope, _) = apply_overrides(&graph, &[], &std::sync::Arc::default());

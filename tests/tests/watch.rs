@@ -331,9 +331,8 @@ fn edits_of_nested_graphs_and_of_files_that_are_no_takes_are_taken() {
     for (file, text) in [("graph.ron", NESTING), ("calm.ron", NESTED), ("truth.csv", &take(40))] {
         project.write(file, text);
     }
-    for name in ["a", "b"] {
-        project.write(&format!("takes/{name}.csv"), take(40));
-    }
+    project.write("takes/a.csv", take(40));
+    project.write("takes/b.csv", take(40).replace("0.5", "0.75"));
     let mut watch = Watch::start(&project, &[]);
     let nodes = |events: &[Value]| -> Vec<String> {
         let mut nodes: Vec<String> = events

@@ -48,7 +48,7 @@ impl Text {
 }
 
 fn parsed(path: &Path, text: &str) -> Option<Arc<Graph>> {
-    let source = Arc::new(Source { path: path.to_owned(), text: text.to_owned() });
+    let source = Arc::new(Source::new(path, text));
     read(source).0.map(Arc::new)
 }
 

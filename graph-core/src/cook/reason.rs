@@ -57,7 +57,7 @@ impl Engine {
         let cell = &self.cells[id];
         let plan = &self.plan.nodes[cell.plan];
         let known = self.session.nodes.get(&plan.path);
-        let here = Some(plan.place.text());
+        let here = || Some(plan.place.text());
         let told = |text: String, place: Option<String>| Reason::Told(Cause { text, place, upstream: None });
         match reason {
             Reason::New if known.is_some() && !cell.items.is_empty() => {
@@ -70,7 +70,7 @@ impl Engine {
                 let upstream = producers.clone().find(same).or_else(|| producers.next());
                 let upstream = upstream.map(|id| self.cells[id].name.clone());
                 let text = format!("its item `{}` is new", cell.items.join("/"));
-                Reason::Told(Cause { text, place: here.filter(|_| upstream.is_none()), upstream })
+                Reason::Told(Cause { text, place: here().filter(|_| upstream.is_none()), upstream })
             }
             Reason::Forgotten => match self.changed_sibling(id) {
                 Some(path) => told("a file that it reads beside its own changed".into(), Some(path)),
@@ -90,7 +90,7 @@ impl Engine {
                 };
                 told(
                     format!("{label} changed from {was} to {now}"),
-                    self.parameter_place(cell.plan, parameter).or(here),
+                    self.parameter_place(cell.plan, parameter).or_else(here),
                 )
             }
             Reason::Input(link, _) => self.input_reason(id, link),
@@ -134,9 +134,9 @@ impl Engine {
         let plan = &self.plan.nodes[cell.plan];
         let port = cell.links[link].port.name;
         let input = plan.inputs.iter().find(|input| input.port.name == port);
-        let place = input.map(|input| input.place.text());
         let known = self.session.nodes.get(&plan.path);
-        let told = |text: String| Reason::Told(Cause { text, place: place.clone(), upstream: None });
+        let told =
+            |text: String| Reason::Told(Cause { text, place: input.map(|input| input.place.text()), upstream: None });
         if let (Some(input), Some(was)) = (input, known.and_then(|known| known.inputs.get(port))) {
             let now = sources(input);
             if now != *was {

@@ -24,7 +24,7 @@ impl Source {
             _ => unreadable(format!("`{shown}` cannot be read: {error}")),
         })?;
         match String::from_utf8(bytes) {
-            Ok(text) => Ok(Self { path: path.to_owned(), text }),
+            Ok(text) => Ok(Self::new(path, text)),
             Err(error) => Err(not_utf8(path, &error)),
         }
     }
@@ -35,7 +35,7 @@ fn not_utf8(path: &Path, error: &std::string::FromUtf8Error) -> Diagnostic {
     let offset = error.utf8_error().valid_up_to();
     let text = String::from_utf8_lossy(&error.as_bytes()[..offset]).into_owned();
     let byte = error.as_bytes().get(offset).copied().unwrap_or_default();
-    let source = Arc::new(Source { path: path.to_owned(), text });
+    let source = Arc::new(Source::new(path, text));
     let message = format!("`{}` is not UTF-8 text: byte {offset} is 0x{byte:02X}", path.display());
     Diagnostic::at("unreadable-file", &source, Span { start: offset, end: offset }, message)
         .label("the text ends being UTF-8 here")

@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<NamedField>, Diagnostics> {
-        let source = Source { path: "show/grimace.ron".into(), text: text.to_owned() };
+        let source = Source::new("show/grimace.ron", text);
         named_fields(&Arc::new(source), "the settings", &["jobs", "store"])
     }
 

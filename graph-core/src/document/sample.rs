@@ -159,7 +159,7 @@ register!(FetchCurves);
 
 /// A file `graph.ron` in the folder `show`.
 pub fn source(text: &str) -> Arc<Source> {
-    Arc::new(Source { path: "show/graph.ron".into(), text: text.to_owned() })
+    Arc::new(Source::new("show/graph.ron", text))
 }
 
 /// The graph in `text`, which has no mistakes.

@@ -97,7 +97,7 @@ impl Loader {
             return Ok(known.clone());
         }
         let source = match self.texts.remove(path) {
-            Some(text) => Source { path: path.to_owned(), text },
+            Some(text) => Source::new(path, text),
             None => Source::load(path)?,
         };
         let source = Arc::new(source);

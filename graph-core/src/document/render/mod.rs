@@ -124,8 +124,7 @@ mod tests {
 
     fn nested() -> Diagnostic {
         let outer = source("(nodes: {\n\"solve\": (graph: \"lib/take.ron\")})");
-        let inner =
-            Arc::new(Source { path: "show/lib/take.ron".into(), text: "(nodes: {\"a\": (kind: \"x\")})".into() });
+        let inner = Arc::new(Source::new("show/lib/take.ron", "(nodes: {\"a\": (kind: \"x\")})"));
         let mistake = Diagnostic::at("unknown-kind", &inner, Span { start: 21, end: 24 }, "there is no node kind `x`");
         let place = |start| Place { source: Arc::clone(&outer), span: Span { start, end: start + 4 } };
         Diagnostic {
@@ -187,7 +186,7 @@ bad-override
     fn the_count_names_the_files() {
         let of = |names: &[&str]| {
             let mistakes = names.iter().map(|name| {
-                let source = Arc::new(Source { path: name.into(), text: "x".to_owned() });
+                let source = Arc::new(Source::new(name, "x"));
                 Diagnostic::at("c", &source, Span { start: 0, end: 1 }, "m")
             });
             super::summary(&mistakes.collect::<Vec<_>>())

@@ -194,7 +194,7 @@ fn unknown_overrides_are_mistakes() {
 
 /// The graph `text` at `path`.
 fn graph_at(path: &str, text: &str) -> Graph {
-    let (graph, mistakes) = read(Arc::new(Source { path: path.into(), text: text.to_owned() }));
+    let (graph, mistakes) = read(Arc::new(Source::new(path, text)));
     assert!(mistakes.is_empty(), "{}", rendered(mistakes));
     graph.unwrap()
 }
