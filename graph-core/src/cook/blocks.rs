@@ -53,10 +53,10 @@ impl Engine {
                 (Some(SlotSet::List(items)), Some(item)) => {
                     found.extend(items.get(item).map(|slot| (wire.label.clone(), Arc::clone(slot))));
                 }
-                (Some(SlotSet::List(items)), None) => found.extend(items.iter().map(|(name, slot)| {
-                    let label = if wire.label.is_empty() { name.clone() } else { format!("{}/{name}", wire.label) };
-                    (label, Arc::clone(slot))
-                })),
+                (Some(SlotSet::List(items)), None) => {
+                    let items = items.iter().map(|(name, slot)| (wire.label_of(name).into_owned(), Arc::clone(slot)));
+                    found.extend(items);
+                }
                 (None, _) => {}
             }
         }

@@ -7,6 +7,7 @@ use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts};
 use crate::plan::{OriginId, Plan, PlanSource};
 use crate::store::{Action, OutputRecord};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -70,6 +71,13 @@ pub(crate) struct Wire {
     pub item: Option<String>,
     /// The name under which a gathering port shows it; a whole list output shows its own items under it.
     pub label: String,
+}
+
+impl Wire {
+    /// The name under which a gathering port shows the item `name` of a whole list.
+    pub fn label_of<'a>(&self, name: &'a str) -> Cow<'a, str> {
+        if self.label.is_empty() { name.into() } else { format!("{}/{name}", self.label).into() }
+    }
 }
 
 /// A connected input of a cell.
@@ -325,19 +333,4 @@ pub(crate) fn file_items(pattern: &Pattern) -> Result<BTreeMap<String, Option<Pa
 /// The name of a cell.
 pub(crate) fn cell_name(path: &str, items: &[String]) -> String {
     if items.is_empty() { path.to_owned() } else { format!("{path}@{}", items.join("/")) }
-}
-
-/// Digest of what stands on an input, as it enters keys.
-#[inline]
-pub(crate) fn link_digest(link: &Link, digest_of: impl Fn(&Wire) -> Option<Digest>) -> Option<Digest> {
-    if let [wire] = link.wires.as_slice()
-        && !link.port.list
-    {
-        return digest_of(wire);
-    }
-    let mut hasher = Hasher::new("gathered");
-    for wire in &link.wires {
-        hasher.bytes(wire.label.as_bytes()).digest(&digest_of(wire)?);
-    }
-    Some(hasher.finish())
 }

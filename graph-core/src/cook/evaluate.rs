@@ -1,6 +1,6 @@
 //! Decides for each dirty cell whether its result is known, and if not, why it is computed.
 
-use super::cell::{CellId, Made, SlotSet, Slots, State, Wire, link_digest};
+use super::cell::{CellId, Link, Made, SlotSet, Slots, State, Wire};
 use super::engine::Engine;
 use super::event::Event;
 use super::key::content_of;
@@ -101,15 +101,15 @@ impl Engine {
             hasher.digest(file);
         }
         for link in &cell.links {
-            hasher.digest(&link_digest(link, |wire| self.wire_digest(wire))?);
+            hasher.digest(&self.link_digest(link)?);
         }
         Some(hasher.finish())
     }
 
     fn made(&self, id: CellId, key: Digest, file: Option<Digest>) -> Made {
         let cell = &self.cells[id];
-        let inputs = cell.links.iter().filter_map(|link| link_digest(link, |wire| self.wire_digest(wire)));
-        let (inputs, settings) = (inputs.collect(), Some(Arc::clone(&cell.settings)));
+        let inputs = cell.links.iter().filter_map(|link| self.link_digest(link)).collect();
+        let settings = Some(Arc::clone(&cell.settings));
         Made { key, settings, file, inputs, block_keys: Vec::new(), frame_keys: Vec::new() }
     }
 
@@ -126,6 +126,28 @@ impl Engine {
             (SlotSet::List(items), Some(item)) => Some(items.get(item)?.record.digest),
             (set, _) => Some(set.digest()),
         }
+    }
+
+    /// The digest of what stands on an input, as it enters keys. A list that comes as one and one that is gathered from items are
+    /// the same to the node, and so they are here.
+    pub(super) fn link_digest(&self, link: &Link) -> Option<Digest> {
+        if let ([wire], false) = (link.wires.as_slice(), link.port.list) {
+            return self.wire_digest(wire);
+        }
+        let mut hasher = Hasher::new("gathered");
+        for wire in &link.wires {
+            match (self.standing(wire)?, &wire.item) {
+                (SlotSet::List(items), None) => {
+                    for (name, slot) in items {
+                        hasher.bytes(wire.label_of(name).as_bytes()).digest(&slot.record.digest);
+                    }
+                }
+                _ => {
+                    hasher.bytes(wire.label.as_bytes()).digest(&self.wire_digest(wire)?);
+                }
+            }
+        }
+        Some(hasher.finish())
     }
 
     /// Whether the files that a cell was seen to read beside its own are as they were.

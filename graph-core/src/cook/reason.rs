@@ -1,6 +1,6 @@
 //! Why a cell is cooked, in words: finds the part of its key that differs, and where the difference was written.
 
-use super::cell::{CellId, Made, Settings, link_digest, some_of};
+use super::cell::{CellId, Made, Settings, some_of};
 use super::engine::Engine;
 use super::key::shown;
 use super::session::{Cause, NodeRecord, Reason};
@@ -18,7 +18,7 @@ impl Engine {
     /// In a plan, why a cell with inputs that are not known is cooked whatever they turn out to be.
     pub(super) fn own_reason(&self, id: CellId, file: Option<Digest>) -> Option<Reason> {
         let cell = &self.cells[id];
-        let inputs: Vec<_> = cell.links.iter().map(|link| link_digest(link, |wire| self.wire_digest(wire))).collect();
+        let inputs: Vec<_> = cell.links.iter().map(|link| self.link_digest(link)).collect();
         let now = Now { settings: &cell.settings, file, links: &cell.links, inputs };
         match difference(cell.before.as_deref(), &now) {
             Reason::Forgotten => None,
