@@ -15,6 +15,7 @@ mod colours;
 mod cooking;
 mod dot;
 mod edit;
+mod edit_key;
 pub mod exit;
 mod graph;
 mod inspect;
@@ -63,6 +64,7 @@ fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
         Command::Check(arguments) => check::check(arguments),
         Command::Plan(arguments) => plan::plan(arguments),
         Command::Edit(arguments) => edit::edit(arguments, &cli.global),
+        Command::EditKey(arguments) => edit_key::edit_key(arguments),
         Command::Why(arguments) => why::why(arguments),
         Command::Nodes(arguments) => nodes_command::nodes(arguments),
         Command::Dot(arguments) => dot::dot(arguments),

@@ -6,6 +6,7 @@
 use crate::c3d::C3dError;
 use crate::camera_json::CamerasError;
 use crate::csv::CsvError;
+use crate::edits::EditsError;
 use crate::fbx::FbxError;
 use crate::gltf::GltfError;
 use crate::obj::ObjError;
@@ -54,6 +55,9 @@ pub enum ReadError {
     /// A file of regions.
     #[error("regions: {0}")]
     Regions(#[from] RegionsError),
+    /// A file of edits.
+    #[error("edits: {0}")]
+    Edits(#[from] EditsError),
     /// A file of calibrated cameras.
     #[error("cameras: {0}")]
     Cameras(#[from] CamerasError),

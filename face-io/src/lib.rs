@@ -17,6 +17,7 @@
 //! | [`obj`] | faces, and shapes as one file each |
 //! | [`usda`] | animated heads for programs that read USD |
 //! | [`regions`] | which markers and channels belong together |
+//! | [`edits`] | keys over solved curves, and anchor poses |
 //! | [`mod@png`] | pictures |
 //!
 //! [`inspect()`] says what any of these files holds.
@@ -25,6 +26,7 @@ pub mod c3d;
 pub mod camera_json;
 mod csv;
 pub mod curves;
+pub mod edits;
 mod error;
 pub mod fbx;
 pub mod gltf;

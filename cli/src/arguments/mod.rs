@@ -2,12 +2,14 @@
 
 mod cache;
 mod edit;
+mod edit_key;
 mod shell;
 mod snapshot;
 mod watch;
 
 pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
 pub use edit::Edit;
+pub use edit_key::{EditKey, Way};
 pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
 pub use snapshot::{Report, Snapshot, SnapshotCommand, SnapshotOf};
 pub use watch::Watch;
@@ -74,6 +76,8 @@ pub enum Command {
     Plan(Plan),
     /// Edit a graph in the terminal, cook it and look at its values
     Edit(Edit),
+    /// Set a key over a solved curve, or take one out
+    EditKey(EditKey),
     /// Say why a node was cooked
     Why(Why),
     /// List the kinds of nodes, or describe one
@@ -111,7 +115,7 @@ impl Command {
             Self::Report(report) => Some(&report.graph),
             Self::Cache(cache) => cache.command.place().0,
             Self::Config(Config { command: ConfigCommand::Explain(explain) }) => explain.graph.as_ref(),
-            Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,
+            Self::EditKey(_) | Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
 

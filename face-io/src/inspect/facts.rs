@@ -6,7 +6,7 @@ use crate::markers::MarkerFile;
 use crate::obj::Obj;
 use crate::view_csv::ViewTable;
 use crate::{LengthUnit, ReadError, fbx};
-use face_math::data::{Cameras, Driver, Image, Regions, Rig};
+use face_math::data::{Cameras, Driver, Edits, Image, Regions, Rig};
 use glam::Vec3;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -27,7 +27,7 @@ pub enum Stats {
 /// What a file holds. What does not apply is left out of the JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Inspection {
-    /// `markers`, `curves`, `rig`, `mesh`, `image`, `landmarks`, `views`, `cameras` or `regions`.
+    /// `markers`, `curves`, `rig`, `mesh`, `image`, `landmarks`, `views`, `cameras`, `edits` or `regions`.
     pub kind: &'static str,
     /// The format and its flavour.
     pub format: String,
@@ -238,6 +238,20 @@ pub(super) fn picture(image: &Image) -> Inspection {
         .range(image.pixels().chunks_exact(3).map(|pixel| [0, 1, 2].map(|channel| f64::from(pixel[channel]))));
     facts.names = ["red", "green", "blue"].map(str::to_owned).to_vec();
     facts.more("width_px", image.width_px()).more("height_px", image.height_px())
+}
+
+pub(super) fn edits(edits: &Edits) -> Inspection {
+    let mut facts = Inspection::new("edits", "edits");
+    facts.names = edits.takes.keys().cloned().collect();
+    let sizes: Map<String, Value> = edits
+        .takes
+        .iter()
+        .map(|(name, take)| {
+            let keys: usize = take.keys.values().map(Vec::len).sum();
+            (name.clone(), json!({ "keys": keys, "channels": take.keys.keys().collect::<Vec<_>>(), "anchors": take.anchors.len() }))
+        })
+        .collect();
+    facts.more("takes", sizes)
 }
 
 pub(super) fn regions(regions: &Regions) -> Inspection {

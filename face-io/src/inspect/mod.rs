@@ -6,12 +6,12 @@ mod landmarks;
 pub use facts::{Inspection, Stats};
 
 use crate::csv::{Table, first_names, text};
-use crate::{ReadError, Sibling, camera_json, curves, fbx, gltf, markers, obj, png, regions, view_csv};
+use crate::{ReadError, Sibling, camera_json, curves, edits, fbx, gltf, markers, obj, png, regions, view_csv};
 
 /// What can be read, for messages.
 const READABLE: &str = "C3D and TRC takes, glTF and GLB rigs, FBX rigs, OBJ faces, tables of curves, Live Link Face \
                         recordings, tables of markers (plain, of Motive, Vicon or OpenFace), landmarks or views of cameras \
-                        (CSV), PNG pictures, calibrated cameras (JSON), regions (JSON or RON)";
+                        (CSV), PNG pictures, calibrated cameras (JSON), edits (RON), regions (JSON or RON)";
 
 /// The kinds of file.
 #[derive(Clone, Copy)]
@@ -25,6 +25,7 @@ enum Kind {
     Landmarks,
     Views,
     Cameras,
+    Edits,
     Regions,
 }
 
@@ -50,6 +51,7 @@ pub fn inspect(name: &str, bytes: &[u8], sibling: &mut Sibling<'_>) -> Result<In
         Kind::Landmarks => landmarks::facts(&Table::read(text(bytes)?)?)?,
         Kind::Views => facts::views(&view_csv::open(bytes)?),
         Kind::Cameras => facts::cameras(&camera_json::read(bytes)?),
+        Kind::Edits => facts::edits(&edits::read(bytes)?),
         Kind::Regions => facts::regions(&regions::read(bytes)?),
     })
 }
@@ -74,8 +76,13 @@ fn by_content(bytes: &[u8]) -> Option<Kind> {
         None => {}
     }
     let text = text(bytes).ok()?;
-    if text.trim_start().starts_with(['{', '(', '/', '#']) && regions::detect(bytes) {
-        return Some(Kind::Regions);
+    if text.trim_start().starts_with(['{', '(', '/', '#']) {
+        if regions::detect(bytes) {
+            return Some(Kind::Regions);
+        }
+        if edits::detect(bytes) {
+            return Some(Kind::Edits);
+        }
     }
     if text.trim_start().starts_with('{') && camera_json::detect(bytes) {
         return Some(Kind::Cameras);

@@ -3,6 +3,7 @@
 mod attachment;
 mod cameras;
 mod curves;
+mod edits;
 mod features;
 mod image;
 mod markers;
@@ -17,6 +18,7 @@ mod views;
 pub use attachment::{Attachment, SurfacePoint};
 pub use cameras::{CalibratedCamera, Cameras};
 pub use curves::Curves;
+pub use edits::{AnchorPose, Edits, Key, KeyCurve, KeyTarget, TakeEdits};
 pub use features::{FeatureSet, Features, RegionFeatures};
 pub use image::Image;
 pub use markers::Markers;

@@ -8,6 +8,7 @@
 //! - [`finetune()`]: raw curves until the puppet's markers meet the captured ones (section 4.5).
 //! - [`match_markers`]: weights from markers by a quadratic programme (Eq. 2 of FDLS), solved by [`BoundedQuadratic`].
 //! - [`measure_jitter`]: how noisy each marker is, told from the take itself.
+//! - [`layer`]: what an artist's keys change in every frame.
 //! - [`marker_error`], [`weight_error`]: how far solves are off.
 
 mod align;
@@ -21,6 +22,7 @@ mod features;
 mod finetune;
 mod finetune_plan;
 mod jitter;
+mod keys;
 mod matching;
 mod measure;
 mod minimise;
@@ -34,6 +36,7 @@ pub use bounded::{BoundedError, BoundedQuadratic, WarmStart};
 pub use features::{FeatureError, fdls_sets, feature_width, graph_features};
 pub use finetune::{FinetuneError, FinetuneOptions, Finetuned, finetune};
 pub use jitter::{MarkerJitter, NEEDED_RUNS, measure_jitter};
+pub use keys::{Change, layer};
 pub use matching::{LinearPuppet, MatchError, MatchOptions, match_markers};
 pub use measure::{MarkerError, MeasureError, WeightError, marker_error, weight_error};
 pub use minimise::{Metric, MinimiseError, MinimiseOptions, Minimum, Stop, minimise};

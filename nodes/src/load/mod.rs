@@ -2,6 +2,7 @@
 
 mod load_cameras;
 mod load_curves;
+mod load_edits;
 mod load_markers;
 mod load_regions;
 mod load_rig;
@@ -10,6 +11,7 @@ mod sample_actor;
 
 pub use load_cameras::LoadCameras;
 pub use load_curves::LoadCurves;
+pub use load_edits::LoadEdits;
 pub use load_markers::LoadMarkers;
 pub use load_regions::LoadRegions;
 pub use load_rig::LoadRig;

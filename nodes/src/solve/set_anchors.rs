@@ -3,7 +3,7 @@
 
 use crate::rig::frame_number;
 use crate::values::Anchors;
-use face_math::data::{Attachment, Curves, Markers, Rig, nearest_name};
+use face_math::data::{AnchorPose, Attachment, Curves, Markers, Rig, TakeEdits, nearest_name};
 use face_math::rig::{MarkerPose, MarkerRig};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
@@ -21,6 +21,8 @@ const FOUND: Port<Anchors> = Port::new(
     "found",
     "anchors for a take for which none are given here (`find_anchor`); without it, that is an error",
 );
+const EDITS: Port<TakeEdits> =
+    Port::new("edits", "the take's edits: where they name anchors, these go before those of the parameters");
 const ANCHORS: Port<Anchors> = Port::new("anchors", "the take's and the puppet's markers at each anchor");
 
 /// Takes frames of a take at which the puppet's pose is known: x and g(w) of Eq. 5 of FDLS at each.
@@ -63,6 +65,7 @@ impl Node for SetAnchors {
             .takes(&ATTACHMENT)
             .may_take(&CURVES)
             .may_take(&FOUND)
+            .may_take(&EDITS)
             .gives(&ANCHORS)
     }
 
@@ -70,7 +73,12 @@ impl Node for SetAnchors {
         context.go_on()?;
         let take = inputs.get(&MARKERS)?;
         let curves = inputs.may_get(&CURVES)?;
-        let chosen = self.chosen()?;
+        let set = inputs.may_get(&EDITS)?.map(|edits| edits.anchors.iter().map(Anchor::of).collect::<Vec<_>>());
+        let set = set.filter(|anchors| !anchors.is_empty());
+        let chosen = match &set {
+            Some(anchors) => anchors.as_slice(),
+            None => self.chosen()?,
+        };
         if chosen.is_empty() {
             if let Some(found) = inputs.may_get(&FOUND)? {
                 return Ok(Outputs::default().with(&ANCHORS, found.clone()));
@@ -102,6 +110,12 @@ impl Node for SetAnchors {
             return Err(NodeError::parameter("anchors", problem));
         }
         Ok(Outputs::default().with(&ANCHORS, anchors))
+    }
+}
+
+impl Anchor {
+    fn of(pose: &AnchorPose) -> Self {
+        Self { frame: pose.frame, weights: pose.weights.clone() }
     }
 }
 

@@ -84,6 +84,30 @@ pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
+/// One step into a text: a field of a structure, `(name: …)`, or an entry of a map, `{"name": …}`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step<'a> {
+    /// A field.
+    Field(&'a str),
+    /// An entry.
+    Entry(&'a str),
+}
+
+impl<'a> Step<'a> {
+    fn name(self) -> &'a str {
+        let (Self::Field(name) | Self::Entry(name)) = self;
+        name
+    }
+
+    /// The structure or map that holds nothing but `value` under this name.
+    fn around(self, value: &str) -> String {
+        match self {
+            Self::Field(name) => format!("({name}: {value})"),
+            Self::Entry(name) => format!("{{{}: {value}}}", quoted(name)),
+        }
+    }
+}
+
 type Field = (Spanned<String>, Spanned<Literal>);
 
 /// A text whose parts are known.
@@ -183,6 +207,48 @@ impl<'a> Draft<'a> {
                 let nodes = format!("{{\n        {}: {entry},\n    }}", quoted(name));
                 self.insert(&self.root, None, "nodes", &nodes)
             }
+        }
+    }
+
+    /// Sets what stands at the end of `path`, from the root down, to `value`. Maps on the way that are missing are made.
+    ///
+    /// # Errors
+    /// Where `value` is no RON value, or something on the way is no map.
+    pub fn set_at(&self, path: &[Step<'_>], value: &str) -> Result<Vec<Change>, EditFault> {
+        check_value(value)?;
+        let mut map = &self.root;
+        for (depth, step) in path.iter().enumerate() {
+            let below = path[depth + 1..].iter().rev().fold(value.to_owned(), |text, step| step.around(&text));
+            match Self::field(map, step.name())? {
+                Some((_, found)) if depth + 1 == path.len() => {
+                    return Ok(vec![Change { span: found.span, text: value.to_owned() }]);
+                }
+                Some((_, found)) if matches!(found.value, Literal::Nothing) => {
+                    return Ok(vec![Change { span: found.span, text: below }]);
+                }
+                Some((_, found)) => map = found,
+                None => return self.insert(map, None, step.name(), &below),
+            }
+        }
+        Ok(Vec::new())
+    }
+
+    /// Takes out what stands at the end of `path`, from the root down; nothing where it is not there.
+    ///
+    /// # Errors
+    /// Where something on the way is no map.
+    pub fn remove_at(&self, path: &[Step<'_>]) -> Result<Vec<Change>, EditFault> {
+        let Some((last, way)) = path.split_last() else { return Ok(Vec::new()) };
+        let mut map = &self.root;
+        for step in way {
+            match Self::field(map, step.name())? {
+                Some((_, found)) => map = found,
+                None => return Ok(Vec::new()),
+            }
+        }
+        match Self::field(map, last.name())? {
+            Some(_) => self.remove(map, last.name()),
+            None => Ok(Vec::new()),
         }
     }
 

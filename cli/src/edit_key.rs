@@ -1,0 +1,132 @@
+//! `grimace edit-key`: sets or takes out one key in a file of edits. All else in the file stays as it is written.
+
+use crate::arguments::{EditKey, Way};
+use crate::exit::{Exit, Trouble};
+use crate::output;
+use face_io::edits;
+use face_math::data::{Key, KeyCurve, KeyTarget};
+use graph_core::document::edit::{Draft, Step, apply};
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+/// A file without edits.
+const EMPTY: &str = "(\n    takes: {\n    },\n)\n";
+
+/// Writes the key, and says what it was before.
+pub fn edit_key(arguments: &EditKey) -> Result<Exit, Trouble> {
+    let path = &arguments.edits;
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(problem) if problem.kind() == ErrorKind::NotFound && !arguments.remove => EMPTY.to_owned(),
+        Err(problem) => return Err(wrong(path, &problem)),
+    };
+    let known = edits::read(text.as_bytes()).map_err(|problem| wrong(path, &problem))?;
+    let keys = known.takes.get(&arguments.take).and_then(|take| take.keys.get(&arguments.channel));
+    let mut keys = keys.cloned().unwrap_or_default();
+    let before = keys.iter().position(|key| key.frame == arguments.frame).map(|place| keys.remove(place));
+    if arguments.remove && before.is_none() {
+        let message = format!(
+            "{}: take `{}` has no key on `{}` at frame {}",
+            path.display(),
+            arguments.take,
+            arguments.channel,
+            arguments.frame
+        );
+        let others: Vec<String> = keys.iter().map(|key| key.frame.to_string()).collect();
+        let help = (!others.is_empty()).then(|| format!("its keys there are at {}", others.join(", ")));
+        return Err(Trouble::command_line(message, help));
+    }
+    keys.extend(wanted(arguments)?);
+    keys.sort_by_key(|key| key.frame);
+
+    let draft = Draft::of(&text).map_err(|problem| wrong(path, &problem))?;
+    let place =
+        [Step::Field("takes"), Step::Entry(&arguments.take), Step::Field("keys"), Step::Entry(&arguments.channel)];
+    let changes =
+        if keys.is_empty() { draft.remove_at(&place) } else { draft.set_at(&place, &edits::keys_text(&keys)) };
+    let edited = apply(&text, &changes.map_err(|problem| wrong(path, &problem))?);
+    // What is written can be read again, whatever stood there.
+    edits::read(edited.as_bytes()).map_err(|problem| wrong(path, &problem))?;
+    replace(path, &edited).map_err(|problem| wrong(path, &problem))?;
+    let now = match wanted(arguments)?.as_ref() {
+        Some(key) => shown(key),
+        None => "as it was solved".to_owned(),
+    };
+    output::say(&format!(
+        "{}: `{}` of take `{}` is {now} at frame {}",
+        path.display(),
+        arguments.channel,
+        arguments.take,
+        arguments.frame
+    ));
+    output::say(&format!("to go back: {}", back(arguments, before.as_ref())));
+    Ok(Exit::Fine)
+}
+
+/// The key that is asked for; none where it is to be taken out.
+fn wanted(arguments: &EditKey) -> Result<Option<Key>, Trouble> {
+    let Some(number) = arguments.value else { return Ok(None) };
+    if !number.is_finite() {
+        return Err(Trouble::command_line(
+            format!("`{number}` is no weight"),
+            Some("give a number, mostly 0 to 1".into()),
+        ));
+    }
+    let to = if arguments.offset { KeyTarget::Offset(number) } else { KeyTarget::Value(number) };
+    let curve = match arguments.curve {
+        Way::Smooth => KeyCurve::Smooth,
+        Way::Linear => KeyCurve::Linear,
+        Way::Hold => KeyCurve::Hold,
+    };
+    Ok(Some(Key { frame: arguments.frame, to, falloff_frames: arguments.falloff, curve }))
+}
+
+fn shown(key: &Key) -> String {
+    match key.to {
+        KeyTarget::Value(value) => value.to_string(),
+        KeyTarget::Offset(offset) => format!("{offset:+} beside the solve"),
+    }
+}
+
+/// The command that undoes this one.
+fn back(arguments: &EditKey, before: Option<&Key>) -> String {
+    let start =
+        format!("grimace edit-key {} {} {}", quoted(&arguments.take), quoted(&arguments.channel), arguments.frame);
+    let end = format!("--edits {}", quoted(&arguments.edits.to_string_lossy()));
+    let Some(key) = before else { return format!("{start} --remove {end}") };
+    let (number, offset) = match key.to {
+        KeyTarget::Value(value) => (value, ""),
+        KeyTarget::Offset(offset) => (offset, " --offset"),
+    };
+    let curve = match key.curve {
+        KeyCurve::Smooth => "smooth",
+        KeyCurve::Linear => "linear",
+        KeyCurve::Hold => "hold",
+    };
+    format!("{start} {number}{offset} --falloff {} --curve {curve} {end}", key.falloff_frames)
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = word.chars().all(|c| c.is_alphanumeric() || "_-./".contains(c));
+    if plain && !word.is_empty() { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+fn wrong(path: &Path, problem: &dyn std::fmt::Display) -> Trouble {
+    Trouble::command_line(format!("{}: {problem}", path.display()), None)
+}
+
+/// Writes the file whole or not at all. A link stays a link: what it leads to is replaced.
+fn replace(path: &Path, text: &str) -> std::io::Result<()> {
+    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let beside = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
+    let written = fs::File::create(&beside)
+        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&beside, &path));
+    if written.is_err() {
+        drop(fs::remove_file(&beside));
+    }
+    written
+}
