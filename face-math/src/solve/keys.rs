@@ -97,7 +97,7 @@ mod tests {
             let low = keys.iter().map(|key| key.by).fold(0.0, f64::min);
             let high = keys.iter().map(|key| key.by).fold(0.0, f64::max);
             for key in &keys {
-                prop_assert_eq!(added[key.at], key.by);
+                prop_assert_eq!(added[key.at].to_bits(), key.by.to_bits());
             }
             for (at, by) in added.iter().enumerate() {
                 prop_assert!((low..=high).contains(by));
