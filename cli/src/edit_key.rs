@@ -5,9 +5,9 @@ use crate::exit::{Exit, Trouble};
 use crate::output;
 use face_io::edits;
 use face_math::data::{Key, KeyCurve, KeyTarget};
-use graph_core::document::edit::{Draft, Step, apply};
+use graph_core::document::edit::{Draft, Step, apply, save};
 use std::fs;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// A file without edits.
@@ -48,7 +48,7 @@ pub fn edit_key(arguments: &EditKey) -> Result<Exit, Trouble> {
     let edited = apply(&text, &changes.map_err(|problem| wrong(path, &problem))?);
     // What is written can be read again, whatever stood there.
     edits::read(edited.as_bytes()).map_err(|problem| wrong(path, &problem))?;
-    replace(path, &edited).map_err(|problem| wrong(path, &problem))?;
+    save(path, &edited).map_err(|problem| wrong(path, &problem))?;
     let now = match wanted(arguments)?.as_ref() {
         Some(key) => shown(key),
         None => "as it was solved".to_owned(),
@@ -115,18 +115,4 @@ fn quoted(word: &str) -> String {
 
 fn wrong(path: &Path, problem: &dyn std::fmt::Display) -> Trouble {
     Trouble::command_line(format!("{}: {problem}", path.display()), None)
-}
-
-/// Writes the file whole or not at all. A link stays a link: what it leads to is replaced.
-fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let beside = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
-    let written = fs::File::create(&beside)
-        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&beside, &path));
-    if written.is_err() {
-        drop(fs::remove_file(&beside));
-    }
-    written
 }

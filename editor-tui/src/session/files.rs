@@ -1,5 +1,6 @@
 //! Graph files on disk: read, written in one step, and looked at for changes by others.
 
+use graph_core::document::edit::save;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -22,28 +23,11 @@ pub fn read(path: &Path) -> Result<String, String> {
 pub fn write_all(texts: &BTreeMap<PathBuf, String>) -> Result<Vec<(PathBuf, String)>, String> {
     let mut written = Vec::with_capacity(texts.len());
     for (path, text) in texts {
-        write(path, text).map_err(|problem| format!("{} cannot be written: {problem}", path.display()))?;
+        let saved = path.canonicalize().and_then(|path| save(&path, text));
+        saved.map_err(|problem| format!("{} cannot be written: {problem}", path.display()))?;
         written.push((path.clone(), text.clone()));
     }
     Ok(written)
-}
-
-fn write(path: &Path, text: &str) -> std::io::Result<()> {
-    use std::io::Write;
-    // A link stays a link: what it leads to is replaced.
-    let path = path.canonicalize()?;
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let beside = path.with_file_name(format!(".{name}.{}.new", std::process::id()));
-    let mut file = std::fs::File::create(&beside)?;
-    let done = file
-        .write_all(text.as_bytes())
-        .and_then(|()| file.sync_all())
-        .and_then(|()| std::fs::set_permissions(&beside, std::fs::metadata(&path)?.permissions()))
-        .and_then(|()| std::fs::rename(&beside, &path));
-    if done.is_err() {
-        drop(std::fs::remove_file(&beside));
-    }
-    done
 }
 
 /// What files looked like when they were last looked at.

@@ -1,12 +1,15 @@
 //! Edits of a graph's text by span: what a tool changes is replaced, every other byte stays as it is.
 //!
 //! A [`Draft`] is a text whose parts are known. Its functions give [`Change`]s, which [`apply`] makes; none of them
-//! writes a file. What the new text means is checked as that of any graph is.
+//! writes a file; [`save()`] does. What the new text means is checked as that of any graph is.
 
 mod entries;
+mod save;
 #[cfg(test)]
 mod tests;
 mod wires;
+
+pub use save::save;
 
 use super::ron::parse;
 use super::{Literal, Span, Spanned};
