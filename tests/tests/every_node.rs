@@ -126,7 +126,7 @@ fn made(kind: &str, with: &BTreeMap<String, String>) -> Result<Box<dyn Node>, Ve
     let entry = &graph.nodes["node"];
     let given = node_parameters(&graph, entry, &scope, None, &[], "node")?;
     let graph_core::document::Body::Kind(kind) = &entry.body else { unreachable!("the entry names a kind") };
-    build_node(kind, &given.parameters, &source)
+    build_node(&graph_core::node::Kinds::default(), kind, &given.parameters, &source)
 }
 
 /// The defaults of a kind as its manual writes them.

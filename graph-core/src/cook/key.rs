@@ -1,4 +1,4 @@
-//! Keys: key(cell) = hash(kind, version, canonical parameters, content of files, content of inputs).
+//! Keys: key(cell) = hash(kind, version, code of plugins, canonical parameters, content of files, content of inputs).
 //! Nothing else enters: no path, host, thread count or name.
 
 use super::cell::{Cell, Link, Settings};
@@ -32,12 +32,15 @@ pub(crate) fn shown(text: &str) -> String {
 }
 
 impl Settings {
-    /// The parts that come from the node itself: kind, version and parameters without the names of files.
+    /// The parts that come from the node itself: kind, version, code and parameters without the names of files.
     pub fn of(node: &dyn Node, card: &Card) -> Self {
         let kind = node.typetag_name();
         let version = Hasher::new(kind).number(u64::from(card.version)).number(ENGINE).finish();
         let text = format!("{kind} {}", card.version);
         let mut parts = vec![Part { label: "version".into(), digest: version, text }];
+        for code in &card.code {
+            parts.push(Part { label: code.label.to_owned(), digest: code.digest, text: shown(&code.text) });
+        }
         let skipped: Vec<&str> = card.reads.into_iter().chain(card.writes).collect();
         for (name, text) in canonical_parameters(node, &skipped) {
             let digest = Digest::of(text.as_bytes());

@@ -6,6 +6,7 @@ use super::key::shown;
 use super::session::{Cause, NodeRecord, Reason};
 use super::why::{Now, difference, settings_difference};
 use crate::document::{Body, Place, canonical_parameters};
+use crate::node::Kinds;
 use crate::plan::{PlanInput, PlanSource};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -82,9 +83,12 @@ impl Engine {
                 };
                 let was = match was {
                     Some(was) => text(was),
-                    None => known.and_then(|known| known.text_of(&label)),
+                    None => known.and_then(|known| known.text_of(&label, self.plan.kinds())),
                 };
                 let (Some(was), Some(now)) = (was, text(&cell.settings)) else { return Reason::Changed(label) };
+                if is_code(&label) {
+                    return told(format!("its {label} changed from {was} to {now}"), self.kind_place(id));
+                }
                 let Some(parameter) = parameter_of(&label) else {
                     return told(self.other_kind(id, &was, &now), self.kind_place(id));
                 };
@@ -178,13 +182,18 @@ impl Engine {
                 continue;
             };
             let usual = defaults.entry(node.kind.as_str()).or_insert_with(|| {
-                crate::node::kind(&node.kind)
+                self.plan
+                    .kinds()
+                    .get(&node.kind)
                     .map(|kind| canonical_parameters(kind.default_node().as_ref(), &[]))
                     .unwrap_or_default()
             });
             let mut record =
                 NodeRecord { kind: format!("{} {}", node.kind, node.card.version), ..NodeRecord::default() };
             for part in &self.cells[*done].settings.parts {
+                if is_code(&part.label) {
+                    record.values.insert(part.label.clone(), part.text.clone());
+                }
                 let Some(name) = parameter_of(&part.label) else { continue };
                 if usual.get(name).is_none_or(|usual| shown(usual) != part.text) {
                     record.values.insert(name.to_owned(), part.text.clone());
@@ -250,14 +259,22 @@ impl Engine {
 
 impl NodeRecord {
     /// What a part of the settings said.
-    fn text_of(&self, label: &str) -> Option<String> {
+    fn text_of(&self, label: &str, kinds: &Kinds) -> Option<String> {
+        if is_code(label) {
+            return self.values.get(label).cloned();
+        }
         let Some(name) = parameter_of(label) else { return (label == "version").then(|| self.kind.clone()) };
         let default = || {
-            let kind = crate::node::kind(self.kind.split(' ').next()?)?;
+            let kind = kinds.get(self.kind.split(' ').next()?)?;
             canonical_parameters(kind.default_node().as_ref(), &[]).get(name).map(|text| shown(text))
         };
         self.values.get(name).cloned().or_else(default)
     }
+}
+
+/// Whether the label of a part is that of code: no parameter's name has two words.
+fn is_code(label: &str) -> bool {
+    label.contains(' ') && parameter_of(label).is_none()
 }
 
 /// The parameter that the label of a part is about.

@@ -7,6 +7,7 @@ use super::event::{Event, Summary};
 use super::options::Options;
 use super::session::session_name;
 use crate::document::Override;
+use crate::node::folders_in;
 use crate::files::{Fingerprint, Pattern, Signature};
 use crate::store::{Store, StoreError};
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,8 @@ pub struct Rest {
     files: BTreeMap<PathBuf, Fingerprint>,
     /// What patterns matched, by item.
     lists: BTreeMap<PathBuf, BTreeMap<String, PathBuf>>,
+    /// Folders in which kinds were looked for, with the folders in them.
+    folders: BTreeMap<PathBuf, Vec<String>>,
     /// Written files, each with a sidecar.
     written: BTreeMap<PathBuf, Signature>,
     kinds: Vec<String>,
@@ -52,6 +55,7 @@ impl Rest {
         self.variables.iter().all(|(name, value)| variable(name) == *value)
             && self.files.iter().all(|(path, fingerprint)| fingerprint.still_true(path))
             && self.lists.iter().all(|(pattern, files)| listed(pattern).as_ref() == Some(files))
+            && self.folders.iter().all(|(path, names)| folders_in(path) == *names)
             && self.written.iter().all(|(path, signature)| super::publish::stands(path, signature))
     }
 
@@ -112,6 +116,15 @@ impl Engine {
             }
             files.insert(source.path.clone(), self.shared.files.get(&source.path)?);
         }
+        let grounds = self.plan.kinds().grounds();
+        for (path, digest) in grounds.files {
+            // Changed while it was cooked.
+            if self.shared.files.digest(&path).ok()? != digest {
+                return None;
+            }
+            let fingerprint = self.shared.files.get(&path)?;
+            files.insert(path, fingerprint);
+        }
         let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
         let (mut cells, mut written) = (Vec::with_capacity(self.cells.len()), BTreeMap::new());
         for (id, cell) in self.cells.iter().enumerate() {
@@ -136,6 +149,7 @@ impl Engine {
             kind.clone_into(&mut names[place]);
         }
         let (variables, lists) = (self.plan.environment.asked(), self.listed.clone());
-        Some(Rest { asked, variables, files, lists, written, kinds: names, cells, seconds: 0.0 })
+        let folders = grounds.folders;
+        Some(Rest { asked, variables, files, lists, folders, written, kinds: names, cells, seconds: 0.0 })
     }
 }

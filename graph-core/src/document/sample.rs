@@ -211,5 +211,5 @@ pub fn made_in(
     let entry = &graph.nodes[node];
     let Body::Kind(kind) = &entry.body else { panic!("`{node}` is a nested graph") };
     let given = node_parameters(graph, entry, scope, None, overrides, node)?;
-    build_node(kind, &given.parameters, &graph.source)
+    build_node(&crate::node::Kinds::default(), kind, &given.parameters, &graph.source)
 }

@@ -1,7 +1,7 @@
 //! Cards: what a node type says of itself.
 
 use super::port::{Port, PortFacts};
-use wire::Data;
+use wire::{Data, Digest};
 
 /// How a node uses time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +15,18 @@ pub enum Time {
     },
 }
 
+/// Something that a kind's computation is made of and that may change while its version stays: a plugin's bytes, say. It is
+/// part of the key of every cell of the kind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Code {
+    /// What it is, in two words, such as `plugin code`.
+    pub label: &'static str,
+    /// Which it is, for people: name, version, the beginning of a digest.
+    pub text: String,
+    /// What it is known by.
+    pub digest: Digest,
+}
+
 /// What a node says of itself: where it belongs, its ports, its version, how it uses time and files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Card {
@@ -22,6 +34,8 @@ pub struct Card {
     pub folder: &'static str,
     /// Version of its computation; raise it whenever results change.
     pub version: u32,
+    /// What its computation is made of beside this program.
+    pub code: Vec<Code>,
     /// Inputs.
     pub inputs: Vec<PortFacts>,
     /// Outputs.
@@ -40,6 +54,7 @@ impl Card {
         Self {
             folder,
             version: 1,
+            code: Vec::new(),
             inputs: Vec::new(),
             outputs: Vec::new(),
             time: Time::Whole,

@@ -5,10 +5,11 @@ mod context;
 mod describe;
 mod error;
 mod inputs;
+mod kinds;
 mod port;
 mod registry;
 
-pub use card::{Card, Time};
+pub use card::{Card, Code, Time};
 pub use context::{Context, Host, SourceFile};
 pub use describe::{
     ChoiceDescription, KindDescription, ParameterDescription, PortDescription, describe, first_sentence,
@@ -16,7 +17,8 @@ pub use describe::{
 pub use error::NodeError;
 pub use inputs::{Inputs, Outputs, PortValue};
 pub use port::{Port, PortFacts, type_text};
-pub use registry::{Kind, kind, kinds};
+pub use kinds::{Bringer, Catalogue, Grounds, Kinds, Linked, NoKind, folders_in};
+pub use registry::{Kind, Maker, kind, kinds};
 
 /// A node: parameters as its fields, typed ports on its card, and a computation.
 ///

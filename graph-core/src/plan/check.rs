@@ -8,7 +8,7 @@ use crate::document::{
     Diagnostic, GivenParam, Graph, Override, Place, Resolved, Scope, Spanned, build_node, did_you_mean, node_parameters,
 };
 use crate::files::Pattern;
-use crate::node::{Card, Node, PortFacts, kinds, type_text};
+use crate::node::{Card, Kinds, Node, PortFacts, type_text};
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -38,7 +38,7 @@ pub(crate) fn make(
         Ok(given) => given,
         Err(mistakes) => return (None, mistakes),
     };
-    let node: Arc<dyn Node> = match build_node(kind, &given.parameters, &graph.source) {
+    let node: Arc<dyn Node> = match build_node(scope.kinds(), kind, &given.parameters, &graph.source) {
         Ok(node) => node.into(),
         Err(mistakes) => return (None, mistakes),
     };
@@ -64,8 +64,8 @@ pub(crate) fn make(
 }
 
 /// A node of a kind with its defaults, in place of one whose parameters have mistakes.
-pub(super) fn stand_in(kind: &str) -> Option<Made> {
-    let node: Arc<dyn Node> = crate::node::kind(kind)?.default_node().into();
+pub(super) fn stand_in(kinds: &Kinds, kind: &str) -> Option<Made> {
+    let node: Arc<dyn Node> = kinds.get(kind)?.default_node().into();
     let card = Arc::new(node.card());
     Some(Made { node, card, reads: None, writes: None, mentions_item: false })
 }
@@ -161,7 +161,7 @@ fn check_types(loader: &mut Loader, wires: &Wires, node: usize) {
                 );
                 let place = &input.place;
                 let mistake = Diagnostic::at("type-mismatch", &place.source, place.span, message);
-                mistakes.push(mistake.label(given.meaning).may_help(conversion(card, given, input.port.kind.name)));
+                mistakes.push(mistake.label(given.meaning).may_help(conversion(loader.kinds(), card, given, input.port.kind.name)));
             }
         }
     }
@@ -172,11 +172,13 @@ fn check_types(loader: &mut Loader, wires: &Wires, node: usize) {
 }
 
 /// What would make the connection right: another output of the same node, or a node that converts.
-pub(super) fn conversion(card: &Card, given: &PortFacts, wanted: &str) -> Option<String> {
+pub(super) fn conversion(kinds: &Kinds, card: &Card, given: &PortFacts, wanted: &str) -> Option<String> {
     if let Some(other) = card.outputs.iter().find(|other| other.kind.name == wanted) {
         return Some(format!("the same node gives {wanted} on its output `{}`", other.name));
     }
-    let converters: Vec<_> = kinds()
+    let converters: Vec<_> = kinds
+        .all()
+        .into_iter()
         .filter(|(_, kind)| {
             let card = kind.card();
             let takes = card.inputs.iter().any(|port| !port.optional && port.kind.name == given.kind.name);

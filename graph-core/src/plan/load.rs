@@ -6,6 +6,7 @@ use crate::document::{
     Body, Diagnostic, Diagnostics, Entry, Environment, Graph, Override, Place, Scope, Source, Spanned, apply_overrides,
     read, resolve_name,
 };
+use crate::node::Kinds;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -65,6 +66,7 @@ pub(super) struct Loader {
     texts: BTreeMap<PathBuf, String>,
     sources: Vec<Arc<Source>>,
     overrides: Vec<Override>,
+    environment: Arc<Environment>,
 }
 
 impl Loader {
@@ -78,6 +80,11 @@ impl Loader {
         if !self.diagnostics.iter().any(|known| known.code == diagnostic.code && same(known)) {
             self.diagnostics.push(diagnostic);
         }
+    }
+
+    /// The kinds that the graphs may name.
+    pub fn kinds(&self) -> &Kinds {
+        self.environment.kinds()
     }
 
     /// The entry of a node.
@@ -124,7 +131,7 @@ pub fn load(path: &Path, overrides: &[Override]) -> Result<Plan, Diagnostics> {
 /// # Errors
 /// Every mistake in the graph and the graphs nested in it, found in one pass.
 pub fn load_texts(path: &Path, overrides: &[Override], texts: BTreeMap<PathBuf, String>) -> Result<Plan, Diagnostics> {
-    let environment = Arc::new(Environment::of_process());
+    let environment = Arc::new(Environment::of_graph(path));
     let mut loader = Loader {
         instances: Vec::new(),
         nodes: Vec::new(),
@@ -136,6 +143,7 @@ pub fn load_texts(path: &Path, overrides: &[Override], texts: BTreeMap<PathBuf, 
         texts,
         sources: Vec::new(),
         overrides: overrides.to_vec(),
+        environment: Arc::clone(&environment),
     };
     let root = match loader.graph(path, &[]) {
         Ok(Some(root)) => root,
@@ -194,7 +202,7 @@ fn open(loader: &mut Loader, index: usize) {
                     loader.report(index, mistake);
                 }
                 let sound = made.is_some();
-                match made.or_else(|| check::stand_in(&kind.value)) {
+                match made.or_else(|| check::stand_in(loader.kinds(), &kind.value)) {
                     None => Member::Broken,
                     Some(made) => {
                         let mentions_item = made.mentions_item;

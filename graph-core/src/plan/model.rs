@@ -2,7 +2,7 @@
 
 use crate::document::{Diagnostic, Entry, Environment, Graph, Place, Scope, Source, ValuePlace};
 use crate::files::Pattern;
-use crate::node::{Card, Node, PortFacts};
+use crate::node::{Card, Kinds, Node, PortFacts};
 use petgraph::graph::DiGraph;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -118,6 +118,11 @@ impl Plan {
     /// The root graph file.
     pub fn root(&self) -> &Source {
         &self.sources[0]
+    }
+
+    /// The kinds that its graphs may name.
+    pub fn kinds(&self) -> &Kinds {
+        self.environment.kinds()
     }
 
     /// Indices of the nodes that are called `name`, or stand in a nested graph called so.

@@ -2,7 +2,7 @@
 
 use super::load::{Loader, Member};
 use crate::document::{Diagnostic, GraphInput, Place, Span, Spanned, did_you_mean};
-use crate::node::{PortFacts, kinds, type_text};
+use crate::node::{PortFacts, type_text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -307,7 +307,10 @@ fn check_nested_inputs(loader: &mut Loader) {
 /// nodes behind it then repeat over it.
 fn check_nested_type(loader: &mut Loader, (parent, instance): (usize, usize), name: &str, declared: &GraphInput) {
     let graph = Arc::clone(&loader.instances[instance].graph);
-    let known: BTreeSet<&str> = kinds()
+    let known: BTreeSet<&str> = loader
+        .kinds()
+        .all()
+        .into_iter()
         .flat_map(|(_, kind)| kind.card().inputs.into_iter().chain(kind.card().outputs))
         .map(|port| port.kind.name)
         .collect();
@@ -341,7 +344,7 @@ fn check_nested_type(loader: &mut Loader, (parent, instance): (usize, usize), na
         type_text(port.kind.name, port.list),
     );
     let card = Arc::clone(&loader.nodes[source.node].made.card);
-    let help = super::check::conversion(&card, &port, &declared.type_name);
+    let help = super::check::conversion(loader.kinds(), &card, &port, &declared.type_name);
     let mistake = Diagnostic::at("type-mismatch", &outer.source, span, message).label(port.meaning).may_help(help);
     loader.mistyped.insert((instance, name.to_owned()));
     loader.report(parent, mistake);

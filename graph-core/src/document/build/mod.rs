@@ -11,57 +11,61 @@ mod tests;
 use super::nearest::nearest_or_all;
 use super::scope::{GivenParam, Resolved, Written};
 use super::{Diagnostic, Literal, Source, Spanned};
-use crate::node::{Node, kinds};
+use crate::node::{Kind, Kinds, NoKind, Node};
 use check::{Checker, Part};
 pub(crate) use schema::Schema;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
-/// The schema of every kind's parameters.
-static SCHEMAS: LazyLock<BTreeMap<&'static str, Value>> =
-    LazyLock::new(|| kinds().map(|(name, kind)| (name, kind.schema())).collect());
-
-/// Makes a node of the kind `kind_name`, which stands in `source`, with the parameters `with`. Parameters that are not
+/// Makes a node of the kind `kind_name`, one of `kinds`, which stands in `source`, with the parameters `with`. Parameters that are not
 /// given take their defaults.
 ///
 /// # Errors
 /// Every mistake: an unknown kind, unknown parameters, values of a wrong type or out of range, unknown variants,
 /// missing parameters.
 pub fn build_node(
+    kinds: &Kinds,
     kind_name: &Spanned<String>,
     with: &BTreeMap<String, GivenParam<'_>>,
     source: &Arc<Source>,
 ) -> Result<Box<dyn Node>, Vec<Diagnostic>> {
     let name = kind_name.value.as_str();
-    let Some(schema) = SCHEMAS.get(name) else {
-        let help = super::did_you_mean(name, kinds().map(|(name, _)| name)).map_or_else(
-            || "`grimace nodes` lists all kinds".to_owned(),
-            |near| format!("did you mean `{near}`? `grimace nodes` lists all kinds"),
-        );
-        let mistake = Diagnostic::at("unknown-kind", source, kind_name.span, format!("there is no node kind `{name}`"));
-        return Err(vec![mistake.help(help)]);
-    };
-    let mut checker = Checker::new(schema, source);
+    let kind = kinds.find(name).map_err(|problem| vec![unknown(problem, kinds, kind_name, source)])?;
+    let mut checker = Checker::new(Kinds::schema(kind), source);
     let parameters = parameters(&mut checker, kind_name, with);
     missing(&mut checker, kind_name, with);
     if !checker.mistakes.is_empty() {
         return Err(in_order(checker.mistakes));
     }
-    make(name, &parameters).map_err(|error| vec![residual(&error, kind_name, with, &parameters, source)])
+    kind.node(&parameters).map_err(|error| vec![residual(kind, &error, kind_name, with, &parameters, source)])
+}
+
+/// A kind that there is not, or that cannot be had.
+fn unknown(problem: Option<NoKind>, kinds: &Kinds, kind_name: &Spanned<String>, source: &Arc<Source>) -> Diagnostic {
+    let name = kind_name.value.as_str();
+    if let Some(NoKind { code, message, help }) = problem {
+        return Diagnostic::at(code, source, kind_name.span, message).may_help(help);
+    }
+    let help = super::did_you_mean(name, kinds.names()).map_or_else(
+        || "`grimace nodes` lists all kinds".to_owned(),
+        |near| format!("did you mean `{near}`? `grimace nodes` lists all kinds"),
+    );
+    Diagnostic::at("unknown-kind", source, kind_name.span, format!("there is no node kind `{name}`")).help(help)
 }
 
 /// The mistakes in the parameters `with` of the kind `kind_name`, where others could not even be resolved, so that a
 /// node cannot be made.
 pub(super) fn check_parameters(
+    kinds: &Kinds,
     kind_name: &Spanned<String>,
     with: &BTreeMap<String, GivenParam<'_>>,
     source: &Arc<Source>,
 ) -> Vec<Diagnostic> {
-    let Some(schema) = SCHEMAS.get(kind_name.value.as_str()) else {
-        return build_node(kind_name, with, source).err().unwrap_or_default();
+    let Some(kind) = kinds.get(kind_name.value.as_str()) else {
+        return build_node(kinds, kind_name, with, source).err().unwrap_or_default();
     };
-    let mut checker = Checker::new(schema, source);
+    let mut checker = Checker::new(Kinds::schema(kind), source);
     parameters(&mut checker, kind_name, with);
     in_order(checker.mistakes)
 }
@@ -70,10 +74,6 @@ pub(super) fn check_parameters(
 fn in_order(mut mistakes: Vec<Diagnostic>) -> Vec<Diagnostic> {
     mistakes.sort_by_key(|mistake| mistake.place.as_ref().map(|(place, _)| place.span));
     mistakes
-}
-
-fn make(kind: &str, parameters: &Map<String, Value>) -> Result<Box<dyn Node>, serde_json::Error> {
-    serde_json::from_value(json!({ kind: parameters }))
 }
 
 /// Checks all parameters and gives them as JSON.
@@ -125,7 +125,8 @@ fn missing(checker: &mut Checker<'_>, kind: &Spanned<String>, with: &BTreeMap<St
 
 /// What serde found wrong that the schema does not say, at the parameter that is wrong by itself, where one is.
 fn residual(
-    error: &serde_json::Error,
+    of: &Kind,
+    error: &str,
     kind: &Spanned<String>,
     with: &BTreeMap<String, GivenParam<'_>>,
     values: &Map<String, Value>,
@@ -133,10 +134,10 @@ fn residual(
 ) -> Diagnostic {
     for (name, value) in values {
         let alone = Map::from_iter([(name.clone(), value.clone())]);
-        let Err(error) = make(&kind.value, &alone) else { continue };
+        let Err(error) = of.node(&alone) else { continue };
         let message = format!("parameter `{name}`: {error}");
         match with.get(name).map(|given| given.written) {
-            Some(Written::Graph(param)) if !error.to_string().contains("missing field") => {
+            Some(Written::Graph(param)) if !error.contains("missing field") => {
                 return Diagnostic::at("bad-parameter", source, param.value.span, message);
             }
             Some(Written::CommandLine(text)) => {
@@ -150,8 +151,8 @@ fn residual(
 }
 
 /// Whether the parameter `name` of `kind` takes `value`, as read from a command line, as plain text all the same.
-pub(super) fn takes_text(kind: &str, name: &str, value: &Literal) -> bool {
-    let Some(schema) = SCHEMAS.get(kind).map(schema::Schema::root) else { return false };
+pub(super) fn takes_text(kinds: &Kinds, kind: &str, name: &str, value: &Literal) -> bool {
+    let Some(schema) = kinds.get(kind).map(|kind| Schema::root(Kinds::schema(kind))) else { return false };
     let property = schema.properties().into_iter().find(|(known, _)| *known == name);
     property.is_some_and(|(_, property)| {
         let allows = |name| property.allows(name);

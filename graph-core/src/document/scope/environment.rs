@@ -1,8 +1,10 @@
-//! The environment that `${ENV:NAME}` and `~` refer to, and what was asked of it: a graph depends on these variables and
-//! on no others.
+//! The environment that a graph is read in: the variables that `${ENV:NAME}` and `~` refer to, what was asked of them (a
+//! graph depends on these variables and on no others), and the kinds of nodes that it may name.
 
+use crate::node::Kinds;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 /// Variables, with a note of those that were asked for.
@@ -10,6 +12,7 @@ use std::sync::{Mutex, PoisonError};
 pub struct Environment {
     variables: BTreeMap<String, String>,
     asked: Mutex<BTreeMap<String, Option<String>>>,
+    kinds: Kinds,
 }
 
 impl Environment {
@@ -17,6 +20,18 @@ impl Environment {
     pub fn of_process() -> Self {
         let text = |(name, value): (OsString, OsString)| Some((name.into_string().ok()?, value.into_string().ok()?));
         std::env::vars_os().filter_map(text).collect()
+    }
+
+    /// The environment of this process for the graph at `graph`, with the kinds that there are for it.
+    pub fn of_graph(graph: &Path) -> Self {
+        let environment = Self::of_process();
+        let kinds = Kinds::of_graph(graph, &|name| environment.get(name).map(str::to_owned));
+        Self { kinds, ..environment }
+    }
+
+    /// The kinds of nodes that graphs may name.
+    pub fn kinds(&self) -> &Kinds {
+        &self.kinds
     }
 
     /// The value of a variable.
@@ -42,7 +57,7 @@ impl Environment {
 
 impl FromIterator<(String, String)> for Environment {
     fn from_iter<I: IntoIterator<Item = (String, String)>>(variables: I) -> Self {
-        Self { variables: variables.into_iter().collect(), asked: Mutex::default() }
+        Self { variables: variables.into_iter().collect(), asked: Mutex::default(), kinds: Kinds::default() }
     }
 }
 

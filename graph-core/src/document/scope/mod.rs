@@ -17,6 +17,7 @@ pub use resolved::Resolved;
 pub use substitute::{resolve, resolve_name};
 
 use super::nearest::nearest_or_all;
+use crate::node::Kinds;
 use super::{Diagnostic, Entry, Graph, Literal, Place, Source, Span, Spanned};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -158,6 +159,11 @@ impl Scope {
         substitute::references(&value.value, &mut names);
         let referred = names.into_iter().find_map(|name| self.places.get(name)).cloned();
         referred.unwrap_or_else(|| ValuePlace::File(Place { source: Arc::clone(source), span: value.span }))
+    }
+
+    /// The kinds of nodes that the file may name.
+    pub fn kinds(&self) -> &Kinds {
+        self.environment.kinds()
     }
 
     /// The folder that relative paths of this file start from.
