@@ -60,6 +60,9 @@ pub enum Trouble {
     /// The page of a report cannot be made.
     #[error(transparent)]
     Report(Box<report::ReportError>),
+    /// A plugin cannot be used, built or pinned.
+    #[error("{0}")]
+    Plugin(String),
     /// A file for people cannot be written.
     #[error("{}: {problem}", path.display())]
     File {
@@ -93,6 +96,12 @@ impl Trouble {
         Self::CommandLine { message: message.into(), help }
     }
 
+    /// Something about a plugin.
+    #[cfg(feature = "plugins")]
+    pub fn plugin(problem: impl std::fmt::Display) -> Self {
+        Self::Plugin(problem.to_string())
+    }
+
     /// Shows the trouble on standard error, and gives the exit code.
     pub fn tell(&self) -> Exit {
         match self {
@@ -105,7 +114,7 @@ impl Trouble {
         }
         match self {
             Self::Cook(_) | Self::Look(_) | Self::Report(_) => Exit::NodesFailed,
-            Self::Golden(_) => Exit::Wrong,
+            Self::Golden(_) | Self::Plugin(_) => Exit::Wrong,
             _ => Exit::CommandLine,
         }
     }

@@ -7,6 +7,8 @@
 
 // Nodes are known to a program only where their crate is linked.
 use nodes as _;
+#[cfg(feature = "plugins")]
+use plugin_host as _;
 
 pub mod arguments;
 mod cache;
@@ -24,6 +26,8 @@ mod mistakes;
 mod nodes_command;
 mod output;
 mod plan;
+#[cfg(feature = "plugins")]
+mod plugin;
 mod report_command;
 mod run;
 mod settings;
@@ -71,6 +75,10 @@ fn dispatch(cli: &Cli, settings: &Settings) -> Result<Exit, Trouble> {
         Command::Inspect(arguments) => inspect::inspect(arguments),
         Command::Snapshot(arguments) => snapshot::snapshot(&arguments.command, &cli.global),
         Command::Report(arguments) => report_command::report(arguments, &cli.global),
+        #[cfg(feature = "plugins")]
+        Command::Plugin(arguments) => plugin::plugin(&arguments.command),
+        #[cfg(feature = "plugins")]
+        Command::New(arguments) => plugin::new(arguments),
         Command::Cache(arguments) => cache::cache(&arguments.command, &cli.global),
         Command::Config(arguments) => match &arguments.command {
             ConfigCommand::Explain(arguments) => settings::explain(arguments, settings),

@@ -3,6 +3,8 @@
 mod cache;
 mod edit;
 mod edit_key;
+#[cfg(feature = "plugins")]
+mod plugin;
 mod shell;
 mod snapshot;
 mod watch;
@@ -10,6 +12,10 @@ mod watch;
 pub use cache::{Cache, CacheCommand, CacheGc, CachePin, CachePlace, CacheStat, CacheVerify};
 pub use edit::Edit;
 pub use edit_key::{EditKey, Way};
+#[cfg(feature = "plugins")]
+pub use plugin::{
+    Language, New, NewCommand, NewPlugin, Plugin, PluginAccept, PluginCommand, PluginFolder, PluginInspect, PluginList,
+};
 pub use shell::{Completions, Config, ConfigCommand, ConfigExplain, Man};
 pub use snapshot::{Report, Snapshot, SnapshotCommand, SnapshotOf};
 pub use watch::Watch;
@@ -90,6 +96,12 @@ pub enum Command {
     Snapshot(Snapshot),
     /// Cook a graph and write a page about it, to be read in a browser
     Report(Report),
+    /// List, build, inspect and try plugins: nodes from outside
+    #[cfg(feature = "plugins")]
+    Plugin(Plugin),
+    /// Begin something new: a plugin
+    #[cfg(feature = "plugins")]
+    New(New),
     /// Look after the store of results
     Cache(Cache),
     /// Say what settings there are, and what set them
@@ -115,6 +127,8 @@ impl Command {
             Self::Report(report) => Some(&report.graph),
             Self::Cache(cache) => cache.command.place().0,
             Self::Config(Config { command: ConfigCommand::Explain(explain) }) => explain.graph.as_ref(),
+            #[cfg(feature = "plugins")]
+            Self::Plugin(_) | Self::New(_) => None,
             Self::EditKey(_) | Self::Nodes(_) | Self::Inspect(_) | Self::Completions(_) | Self::Man(_) => None,
         }
     }
