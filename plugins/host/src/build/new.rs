@@ -23,14 +23,14 @@ type Template = (&'static str, &'static str);
 
 const RUST: [Template; 2] =
     [("Cargo.toml", include_str!("templates/rust/Cargo.toml.in")), ("src/lib.rs", include_str!("templates/rust/lib.rs.in"))];
-const WAT: [Template; 1] = [("plugin.wat", include_str!("../../../examples/limit/plugin.wat"))];
+const WAT: [Template; 1] = [("plugin.wat", include_str!("../../../examples/plugins/limit/plugin.wat"))];
 const AS: [Template; 2] = [
-    ("plugin.ts", include_str!("../../../examples/envelope/plugin.ts")),
-    ("component.ts", include_str!("../../../examples/envelope/component.ts")),
+    ("plugin.ts", include_str!("../../../examples/plugins/envelope/plugin.ts")),
+    ("component.ts", include_str!("../../../examples/plugins/envelope/component.ts")),
 ];
 const C: [Template; 2] = [
-    ("plugin.c", include_str!("../../../examples/wrinkles/plugin.c")),
-    ("component.h", include_str!("../../../examples/wrinkles/component.h")),
+    ("plugin.c", include_str!("../../../examples/plugins/wrinkles/plugin.c")),
+    ("component.h", include_str!("../../../examples/plugins/wrinkles/component.h")),
 ];
 const ZIG: [Template; 1] = [("plugin.zig", include_str!("templates/zig/plugin.zig.in"))];
 
