@@ -7,19 +7,22 @@ use crate::words::wrapped;
 use console::{Term, measure_text_width, style};
 use graph_core::document::did_you_mean;
 use graph_core::node::{
-    ChoiceDescription, KindDescription, ParameterDescription, PortDescription, describe, first_sentence, kind, kinds,
+    ChoiceDescription, KindDescription, Kinds, NoKind, ParameterDescription, PortDescription, describe, first_sentence,
 };
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::Path;
 
 /// Folders of nodes, in the order in which data flows through them.
 const FOLDERS: [&str; 10] = ["load", "clean", "rig", "solve", "curate", "fake", "texture", "capture", "strain", "save"];
 
 /// Lists all kinds, or describes one.
 pub fn nodes(arguments: &Nodes) -> Result<Exit, Trouble> {
+    // Those that a graph in this folder could name.
+    let kinds = Kinds::of_graph(Path::new("graph.ron"), &|name| std::env::var(name).ok());
     let wanted = match &arguments.kind {
-        None => kinds().map(|(_, kind)| describe(kind)).collect(),
-        Some(name) => vec![describe(kind(name).ok_or_else(|| unknown(name))?)],
+        None => kinds.all().into_iter().map(|(_, kind)| describe(kind)).collect(),
+        Some(name) => vec![describe(kinds.find(name).map_err(|problem| unknown(&kinds, name, problem))?)],
     };
     if arguments.json {
         for description in in_order(wanted) {
@@ -35,8 +38,11 @@ pub fn nodes(arguments: &Nodes) -> Result<Exit, Trouble> {
     Ok(Exit::Fine)
 }
 
-fn unknown(name: &str) -> Trouble {
-    let near = did_you_mean(name, kinds().map(|(name, _)| name));
+fn unknown(kinds: &Kinds, name: &str, problem: Option<NoKind>) -> Trouble {
+    if let Some(NoKind { message, help, .. }) = problem {
+        return Trouble::command_line(message, help);
+    }
+    let near = did_you_mean(name, kinds.names());
     let help = near.map_or_else(
         || "`grimace nodes` lists all kinds".to_owned(),
         |near| format!("did you mean `{near}`? `grimace nodes` lists all kinds"),

@@ -67,7 +67,8 @@ impl Project {
         for name in ["GRIMACE_JOBS", "GRIMACE_COLOR", "GRIMACE_LOG", "GRIMACE_LOG_FILE"] {
             command.env_remove(name);
         }
-        command.env("XDG_CONFIG_HOME", self.path("config"));
+        command.env("XDG_CONFIG_HOME", self.path("config")).env("XDG_DATA_HOME", self.path("data"));
+        command.env("GRIMACE_PLUGIN_CODE", self.path("code")).env_remove("GRIMACE_PLUGINS");
         command
     }
 }

@@ -66,9 +66,16 @@ const HOUSE: &[Room] = &[
         must_not_know: &["clap", "console", "indicatif"],
         must_not_say: &["std::net", "process::Command"],
     },
+    // It runs foreign code and compilers, and knows no node, no network and no terminal.
+    Room {
+        package: "plugin-host",
+        stands_on: &["wire", "graph-core", "face-math"],
+        must_not_know: &["ratatui", "clap", "console", "dfdx", "wasmtime-wasi"],
+        must_not_say: &["std::net", "stdout()", "stderr()"],
+    },
     Room {
         package: "grimace",
-        stands_on: &["wire", "plot", "graph-core", "face-math", "face-io", "nodes", "report", "editor-tui"],
+        stands_on: &["wire", "plot", "graph-core", "face-math", "face-io", "nodes", "report", "editor-tui", "plugin-host"],
         must_not_know: &[],
         must_not_say: &[],
     },
@@ -83,6 +90,7 @@ const HOUSE: &[Room] = &[
             "sample-head",
             "nodes",
             "editor-tui",
+            "plugin-host",
             "grimace",
         ],
         must_not_know: &[],

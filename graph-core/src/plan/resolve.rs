@@ -307,9 +307,13 @@ fn check_nested_inputs(loader: &mut Loader) {
 /// nodes behind it then repeat over it.
 fn check_nested_type(loader: &mut Loader, (parent, instance): (usize, usize), name: &str, declared: &GraphInput) {
     let graph = Arc::clone(&loader.instances[instance].graph);
-    let known: BTreeSet<&str> = loader
-        .kinds()
-        .all()
+    // Kinds from elsewhere are only looked for where the linked ones do not know the type.
+    let linked = crate::node::kinds().any(|(_, kind)| {
+        let card = kind.card();
+        card.inputs.iter().chain(&card.outputs).any(|port| port.kind.name == declared.type_name)
+    });
+    let kinds = if linked { crate::node::kinds().collect() } else { loader.kinds().all() };
+    let known: BTreeSet<&str> = kinds
         .into_iter()
         .flat_map(|(_, kind)| kind.card().inputs.into_iter().chain(kind.card().outputs))
         .map(|port| port.kind.name)

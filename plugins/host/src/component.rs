@@ -67,6 +67,18 @@ impl Plugin {
     /// # Errors
     /// Whatever is wrong with it.
     pub fn ready(file: &Path, manifest: Manifest, bytes: &[u8]) -> Result<Self, LoadError> {
+        Self::made(file, manifest, bytes, Compiled::of_user().as_ref())
+    }
+
+    /// The same without keeping compiled code, for tests and benchmarks.
+    ///
+    /// # Errors
+    /// Whatever is wrong with it.
+    pub fn unkept(file: &Path, manifest: Manifest, bytes: &[u8]) -> Result<Self, LoadError> {
+        Self::made(file, manifest, bytes, None)
+    }
+
+    fn made(file: &Path, manifest: Manifest, bytes: &[u8], kept: Option<&Compiled>) -> Result<Self, LoadError> {
         let sha = sha256(bytes);
         if let Some(expected) = manifest.sha256.as_ref().filter(|expected| !expected.eq_ignore_ascii_case(&sha)) {
             let file = file.with_file_name(&manifest.file);
@@ -75,8 +87,7 @@ impl Plugin {
         let plugin = || manifest.id.clone();
         let digest = Digest::of(bytes);
         let broken = |problem: String| LoadError::Component { plugin: plugin(), problem };
-        let kept = Compiled::of_user();
-        let component = Compiled::component(kept.as_ref(), engine(), bytes, &digest)
+        let component = Compiled::component(kept, engine(), bytes, &digest)
             .map_err(|problem| broken(format!("{problem:#}")))?;
         let (imports, interface) = since_0_1::look(&component, &manifest)?;
         let ready = since_0_1::Ready::new(&component).map_err(|problem| broken(format!("{problem:#}")))?;
@@ -86,6 +97,27 @@ impl Plugin {
         schema::check(&nodes).map_err(|problem| LoadError::Schema { plugin: plugin(), problem })?;
         let facts = Facts { bytes: bytes.len(), digest, sha256: sha, imports, interface };
         Ok(Self { manifest, facts, nodes, name, ready })
+    }
+
+    /// Computes the node called `node` with the defaults of its parameters, but for `settings`.
+    ///
+    /// # Errors
+    /// Why it gave nothing.
+    pub fn compute(
+        &self,
+        node: &str,
+        settings: &[(&str, Setting)],
+        context: Option<&Context<'_>>,
+        inputs: &Inputs,
+    ) -> Result<Outputs, RunError> {
+        let schema = self.nodes.iter().find(|known| known.name == node).ok_or_else(|| RunError::Engine {
+            plugin: self.manifest.id.clone(),
+            problem: format!("it has no node `{node}`"),
+        })?;
+        let defaults = schema.parameters.iter().map(|parameter| (parameter.name.clone(), parameter.default.clone()));
+        let mut all: BTreeMap<String, Setting> = defaults.collect();
+        all.extend(settings.iter().map(|(name, setting)| ((*name).to_owned(), setting.clone())));
+        self.evaluate(schema, &all, context, inputs).0
     }
 
     /// Computes the node `node` with every parameter of its schema.

@@ -60,6 +60,13 @@ A type in brackets, such as `[Markers]`, is a list of named items. A node whose 
 item of whatever list it is connected to. Defaults are written as a graph would write them.
 ";
 
+impl Kind {
+    /// Whether a plugin brought it.
+    pub fn is_plugin(&self) -> bool {
+        self.folder.starts_with("plugins/")
+    }
+}
+
 /// The whole manual.
 pub fn render(kinds: &[Kind]) -> String {
     let mut out = HEAD.to_owned();

@@ -18,7 +18,7 @@
   (global $end (mut i32) (i32.const 4096))
 
   ;; Memory for the host to put values in. A plugin lives for one evaluation: nothing is freed.
-  (func (export "cabi_realloc") (param $old i32) (param $old_size i32) (param $align i32) (param $size i32) (result i32)
+  (func $realloc (export "cabi_realloc") (param $old i32) (param $old_size i32) (param $align i32) (param $size i32) (result i32)
     (local $start i32)
     (local.set $start
       (i32.and
@@ -53,7 +53,7 @@
     (f64.store offset=56 (local.get $at) (f64.const 1e6)))
 
   ;; list<node-schema>: one of 56 bytes at 520, its ports of 28 at 600 and 640, its parameters of 72 at 704.
-  (func (export "grimace:node/nodes@0.1.0#describe") (result i32)
+  (func $describe (export "grimace:node/nodes@0.1.0#describe") (result i32)
     (call $pair (i32.const 512) (i32.const 520) (i32.const 1))
     (call $pair (i32.const 520) (i32.const 16) (i32.const 5)) ;; name
     (call $pair (i32.const 528) (i32.const 21) (i32.const 51)) ;; doc
@@ -80,7 +80,7 @@
   ;; Parameters come in the order of their names: `least` is the first, `most` the second, 24 bytes each with the number at
   ;; 16. There is one input: a standing of 16 bytes, whose list of items is at 8; its item has the value at 8, with its kind
   ;; there and the curves at 16: frames (24 bytes), channels at 40, values at 48.
-  (func (export "grimace:node/nodes@0.1.0#evaluate")
+  (func $evaluate (export "grimace:node/nodes@0.1.0#evaluate")
     (param $node i32) (param $node_length i32) (param $parameters i32) (param $parameter_count i32)
     (param $inputs i32) (param $input_count i32) (result i32)
     (local $least f32) (local $most f32) (local $item i32) (local $at i32) (local $last i32)

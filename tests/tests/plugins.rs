@@ -1,0 +1,182 @@
+//! Plugins as a user meets them: the examples in one graph, cached and snapshot-tested; a rebuilt one; a pinned one; hostile
+//! ones beside honest branches.
+
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
+use plugin_host::build::{build, component, missing_tools};
+use plugin_host::sha256;
+use std::path::{Path, PathBuf};
+use whole_system::Project;
+
+fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/examples")
+}
+
+fn project() -> Project {
+    Project::new(env!("CARGO_BIN_EXE_grimace-under-test"))
+}
+
+/// The examples' graph with its plugins.
+fn with_examples() -> Project {
+    let project = project();
+    for part in ["graph.ron", "golden"] {
+        project.copy(&examples().join(part), part);
+    }
+    for plugin in ["smoothing", "limit", "envelope", "wrinkles"] {
+        for file in ["plugin.ron".to_owned(), format!("{plugin}.wasm")] {
+            let relative = format!("plugins/{plugin}/{file}");
+            project.copy(&examples().join(&relative), &relative);
+        }
+    }
+    project
+}
+
+/// A plugin called `id` made of the text of a module.
+fn plant(project: &Project, id: &str, text: &str) {
+    let manifest = format!("(id: \"{id}\", version: \"1\", api: \"0.1\", file: \"p.wasm\", limits: (memory_mb: 64, time_s: 0.3))");
+    project.write(&format!("plugins/{id}/plugin.ron"), manifest);
+    project.write(&format!("plugins/{id}/p.wasm"), component(text.as_bytes()).unwrap());
+}
+
+fn honest() -> String {
+    std::fs::read_to_string(examples().join("plugins/limit/plugin.wat")).unwrap()
+}
+
+/// The honest plugin with `code` before its computation.
+fn harmed(code: &str) -> String {
+    let mark = "(local $last i32)";
+    honest().replace(mark, &format!("{mark}\n{code}"))
+}
+
+#[test]
+fn the_examples_cook_are_kept_and_hold_their_snapshot() {
+    let project = with_examples();
+    project.run(&["snapshot", "check", "graph.ron"]).ended_with(0);
+    let again = project.run(&["run", "graph.ron", "--json"]).ended_with(0);
+    assert_eq!((again.summary("cooked"), again.summary("failed")), (0, 0));
+    let rest = project.run(&["run", "graph.ron", "--json"]).ended_with(0);
+    assert_eq!(rest.summary("cooked"), 0);
+}
+
+#[test]
+fn an_edited_frame_cooks_its_blocks_alone_through_plugins_that_work_per_frame() {
+    let project = project();
+    plant(&project, "limit", &honest());
+    let csv = |edited: bool| {
+        let row = |t: usize| format!("{t},{}\n", if edited && t == 70 { 0.9 } else { 0.25 + (t % 10) as f64 * 0.01 });
+        format!("# rate_hz: 60\nframe,jawOpen\n{}", (0..200).map(row).collect::<String>())
+    };
+    project.write("take.csv", csv(false));
+    project.write(
+        "graph.ron",
+        "(grimace: 1, nodes: {\
+           \"raw\": (kind: \"load_curves\", with: (path: \"take.csv\")),\
+           \"kept\": (kind: \"limit/limit\", in: {\"curves\": \"raw\"}, with: (most: 0.5)),\
+           \"out\": (kind: \"save_curves\", in: {\"curves\": \"kept\"}, with: (path: \"out.csv\"))})",
+    );
+    project.run(&["run", "graph.ron", "--json"]).ended_with(0);
+    project.write("take.csv", csv(true));
+    let edited = project.run(&["run", "graph.ron", "--json"]).ended_with(0);
+    assert!(edited.cooked().contains(&("kept".to_owned(), 1)), "{:?}", edited.cooked());
+    assert!(project.read("out.csv").contains("\n70,0.5\n"));
+}
+
+#[test]
+fn a_rebuilt_plugin_cooks_its_nodes_alone_and_why_says_so() {
+    let project = with_examples();
+    project.run(&["run", "graph.ron", "--json"]).ended_with(0);
+    // The same computation in other bytes: its own nodes are cooked, and what they give is as before.
+    let other = honest().replace("No value is above.", "Nothing is above it.");
+    project.write("plugins/limit/limit.wasm", component(other.as_bytes()).unwrap());
+    let rebuilt = project.run(&["run", "graph.ron", "--json"]).ended_with(0);
+    let names: Vec<String> = rebuilt.cooked().into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["bounded"]);
+    let why = project.run(&["why", "graph.ron", "bounded"]).ended_with(0);
+    assert!(why.stdout.contains("its plugin code changed from limit 1.0.0"), "{}", why.stdout);
+}
+
+#[test]
+fn a_pinned_plugin_that_changed_is_an_error_until_it_is_accepted() {
+    let project = with_examples();
+    project.run(&["plugin", "accept", "graph.ron"]).ended_with(0);
+    project.run(&["check", "graph.ron"]).ended_with(0);
+    let other = honest().replace("No value is above.", "Nothing is above it.");
+    let bytes = component(other.as_bytes()).unwrap();
+    project.write("plugins/limit/limit.wasm", &bytes);
+    let refused = project.run(&["check", "graph.ron"]).ended_with(1);
+    assert!(refused.stderr.contains("plugin `limit` is not the one that"), "{}", refused.stderr);
+    assert!(refused.stderr.contains(&sha256(&bytes)[..12]) && refused.stderr.contains("grimace plugin accept"));
+    project.run(&["plugin", "accept", "graph.ron"]).ended_with(0);
+    project.run(&["check", "graph.ron"]).ended_with(0);
+}
+
+#[test]
+fn a_plugin_that_shadows_another_is_reported() {
+    let project = with_examples();
+    let elsewhere = project.path("elsewhere");
+    project.copy(&project.path("plugins/limit"), "elsewhere/limit");
+    let listed = project.command().env("GRIMACE_PLUGINS", &elsewhere).args(["plugin", "list", "graph.ron"]).output().unwrap();
+    let text = String::from_utf8(listed.stdout).unwrap();
+    assert!(text.contains("shadowed by plugins/limit/plugin.ron") || text.contains("shadowed by ./plugins/limit/plugin.ron"), "{text}");
+}
+
+#[test]
+fn hostile_plugins_fail_alone_and_nothing_of_them_is_kept() {
+    let project = project();
+    plant(&project, "limit", &honest());
+    let hostile = [
+        ("endless", "(loop $round (br $round))", "longer than the 0.3 s"),
+        ("hungry", "(drop (memory.grow (i32.const 65000)))", "asked for 4063 MiB"),
+        ("trapped", "unreachable", "trapped"),
+        ("short", "(i32.store offset=52 (i32.load offset=8 (local.get $inputs)) (i32.const 1))", "1 numbers where"),
+    ];
+    let mut nodes = String::from("\"actor\": (kind: \"sample_actor\"), \"fine\": (kind: \"limit/limit\", in: {\"curves\": \"actor.rom\"}),");
+    for (id, code, _) in hostile {
+        plant(&project, id, &harmed(code));
+        nodes += &format!("\"{id}\": (kind: \"{id}/limit\", in: {{\"curves\": \"actor.rom\"}}),");
+        nodes += &format!("\"after_{id}\": (kind: \"limit/limit\", in: {{\"curves\": \"{id}\"}}),");
+    }
+    project.write("graph.ron", format!("(grimace: 1, nodes: {{{nodes}}})"));
+    for _ in 0..2 {
+        // The second cook finds none of the failures in the store, and tries again.
+        let run = project.run(&["run", "graph.ron", "--json"]).ended_with(3);
+        assert_eq!(run.summary("failed"), 4);
+        for (id, _, told) in hostile {
+            let failed = run.events_of("failed").into_iter().find(|event| event["node"] == id).unwrap().to_string();
+            assert!(failed.contains(told) && failed.contains(&format!("`{id}`")), "{failed}");
+        }
+        assert!(run.stdout.contains("\"fine\""));
+    }
+}
+
+#[test]
+fn what_is_built_from_the_sources_computes_what_the_components_beside_them_do() {
+    for (plugin, language) in [("limit", "wat"), ("smoothing", "rust"), ("wrinkles", "c"), ("envelope", "assemblyscript")] {
+        if let Some(tool) = missing_tools(language) {
+            #[allow(clippy::print_stderr, reason = "what was not tested is told loudly")]
+            {
+                eprintln!("SKIPPED: {plugin} is not rebuilt: this machine has not {tool}");
+            }
+            continue;
+        }
+        let project = with_examples();
+        let built = build(&examples().join("plugins").join(plugin), Some(&project.path("built.wasm")));
+        built.unwrap_or_else(|problem| panic!("{plugin}: {problem}"));
+        let component = format!("plugins/{plugin}/{plugin}.wasm");
+        std::fs::rename(project.path("built.wasm"), project.path(&component)).unwrap();
+        project.run(&["snapshot", "check", "graph.ron"]).ended_with(0);
+    }
+}
+
+#[test]
+fn new_plugins_build_and_pass_their_trial() {
+    let project = project();
+    project.run(&["new", "plugin", "calm", "--lang", "wat"]).ended_with(0);
+    project.run(&["plugin", "build", "calm"]).ended_with(0);
+    let tried = project.run(&["plugin", "test", "calm"]).ended_with(0);
+    assert!(tried.stdout.contains("blocks and whole") && tried.stdout.contains("all is well"), "{}", tried.stdout);
+    let inspected = project.run(&["plugin", "inspect", "calm", "--json"]).ended_with(0);
+    assert!(inspected.stdout.contains("\"calm/limit\""), "{}", inspected.stdout);
+    project.run(&["new", "plugin", "calm"]).ended_with(1);
+    project.run(&["new", "plugin", "Calm!"]).ended_with(1);
+}
