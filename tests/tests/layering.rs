@@ -172,6 +172,7 @@ fn the_page_says_of_every_package_what_it_must_not_know() {
         let folder = match room.package {
             "grimace" => "cli",
             "whole-system" => "tests",
+            "plugin-host" => "plugins/host",
             other => other,
         };
         let section = page.split(&format!("\n## `{folder}/`")).nth(1);

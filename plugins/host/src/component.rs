@@ -120,6 +120,22 @@ impl Plugin {
         self.evaluate(schema, &all, context, inputs).0
     }
 
+    /// Seconds a call of `node` takes on average where it is called `times` times in one store: what crossing costs without
+    /// the fresh store that each evaluation of a cook has. For benchmarks.
+    ///
+    /// # Errors
+    /// Where a call fails.
+    #[doc(hidden)]
+    pub fn crossing_s(&self, node: &str, inputs: &Inputs, times: u32) -> Result<f64, RunError> {
+        let wrong = |problem: String| RunError::Engine { plugin: self.manifest.id.clone(), problem };
+        let schema = self.nodes.iter().find(|known| known.name == node);
+        let schema = schema.ok_or_else(|| wrong(format!("it has no node `{node}`")))?;
+        let defaults = schema.parameters.iter().map(|parameter| (parameter.name.clone(), parameter.default.clone()));
+        let settings = defaults.collect();
+        let given = since_0_1::Given::stage(schema, &settings, inputs).map_err(wrong)?;
+        run(&self.name, self.manifest.limits, None, |store| self.ready.crossing_s(store, &given, times)).0
+    }
+
     /// Computes the node `node` with every parameter of its schema.
     ///
     /// # Errors

@@ -50,7 +50,10 @@ fn source(path: &str, text: &str, findings: &mut Findings) {
         let fault = format!("{path}:1: a source file opens with `//!`: what it is, and where it stands in the flow");
         findings.faults.push(fault);
     }
+    // What a program wrote is as long as it needs to be.
+    let generated = opening.starts_with("//! Generated ");
     match text.lines().count() {
+        _ if generated => {}
         lines if lines > LONGEST_LINES => {
             findings.faults.push(format!("{path}: {lines} lines are two thoughts; split it"));
         }

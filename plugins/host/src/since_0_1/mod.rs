@@ -109,6 +109,16 @@ impl Ready {
         Ok(nodes.into_iter().map(describe::node).collect())
     }
 
+    /// Seconds that one of `times` calls in the same instance takes, on average.
+    pub fn crossing_s(&self, store: &mut Store<State>, given: &Given<'_>, times: u32) -> wasmtime::Result<f64> {
+        let plugin = self.0.instantiate(&mut *store)?;
+        let start = std::time::Instant::now();
+        for _ in 0..times {
+            drop(given.with(|call| plugin.grimace_node_nodes().call_evaluate(&mut *store, call))?);
+        }
+        Ok(start.elapsed().as_secs_f64() / f64::from(times))
+    }
+
     /// Evaluates one of its nodes.
     pub fn evaluate(&self, store: &mut Store<State>, given: &Given<'_>) -> wasmtime::Result<Result<Vec<Standing>, Fault>> {
         let plugin = self.0.instantiate(&mut *store)?;
