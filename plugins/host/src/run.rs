@@ -204,7 +204,8 @@ fn what(plugin: &Arc<str>, limits: Limits, notes: &Notes, error: &wasmtime::Erro
 fn frames(trace: &WasmBacktrace) -> String {
     let mut lines = Vec::new();
     for frame in trace.frames() {
-        let name = frame.func_name().map_or_else(|| format!("function {}", frame.func_index()), str::to_owned);
+        let readable = |name: &str| format!("{:#}", rustc_demangle::demangle(name));
+        let name = frame.func_name().map_or_else(|| format!("function {}", frame.func_index()), readable);
         if lines.last() != Some(&name) {
             lines.push(name);
         }
