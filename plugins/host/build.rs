@@ -6,6 +6,7 @@ fn main() {
     println!("cargo::rerun-if-changed={}", lock.display());
     let text = std::fs::read_to_string(lock).unwrap_or_default();
     let mut lines = text.lines().skip_while(|line| *line != "name = \"wasmtime\"");
-    let version = lines.nth(1).and_then(|line| line.strip_prefix("version = \"")).and_then(|rest| rest.strip_suffix('"'));
+    let version =
+        lines.nth(1).and_then(|line| line.strip_prefix("version = \"")).and_then(|rest| rest.strip_suffix('"'));
     println!("cargo::rustc-env=WASMTIME_VERSION={}", version.unwrap_or("of no known version"));
 }

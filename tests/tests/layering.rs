@@ -75,7 +75,17 @@ const HOUSE: &[Room] = &[
     },
     Room {
         package: "grimace",
-        stands_on: &["wire", "plot", "graph-core", "face-math", "face-io", "nodes", "report", "editor-tui", "plugin-host"],
+        stands_on: &[
+            "wire",
+            "plot",
+            "graph-core",
+            "face-math",
+            "face-io",
+            "nodes",
+            "report",
+            "editor-tui",
+            "plugin-host",
+        ],
         must_not_know: &[],
         must_not_say: &[],
     },

@@ -33,7 +33,8 @@ fn with_examples() -> Project {
 
 /// A plugin called `id` made of the text of a module.
 fn plant(project: &Project, id: &str, text: &str) {
-    let manifest = format!("(id: \"{id}\", version: \"1\", api: \"0.1\", file: \"p.wasm\", limits: (memory_mb: 64, time_s: 0.3))");
+    let manifest =
+        format!("(id: \"{id}\", version: \"1\", api: \"0.1\", file: \"p.wasm\", limits: (memory_mb: 64, time_s: 0.3))");
     project.write(&format!("plugins/{id}/plugin.ron"), manifest);
     project.write(&format!("plugins/{id}/p.wasm"), component(text.as_bytes()).unwrap());
 }
@@ -115,9 +116,14 @@ fn a_plugin_that_shadows_another_is_reported() {
     let project = with_examples();
     let elsewhere = project.path("elsewhere");
     project.copy(&project.path("plugins/limit"), "elsewhere/limit");
-    let listed = project.command().env("GRIMACE_PLUGINS", &elsewhere).args(["plugin", "list", "graph.ron"]).output().unwrap();
+    let listed =
+        project.command().env("GRIMACE_PLUGINS", &elsewhere).args(["plugin", "list", "graph.ron"]).output().unwrap();
     let text = String::from_utf8(listed.stdout).unwrap();
-    assert!(text.contains("shadowed by plugins/limit/plugin.ron") || text.contains("shadowed by ./plugins/limit/plugin.ron"), "{text}");
+    assert!(
+        text.contains("shadowed by plugins/limit/plugin.ron")
+            || text.contains("shadowed by ./plugins/limit/plugin.ron"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -130,7 +136,9 @@ fn hostile_plugins_fail_alone_and_nothing_of_them_is_kept() {
         ("trapped", "unreachable", "trapped"),
         ("short", "(i32.store offset=52 (i32.load offset=8 (local.get $inputs)) (i32.const 1))", "1 numbers where"),
     ];
-    let mut nodes = String::from("\"actor\": (kind: \"sample_actor\"), \"fine\": (kind: \"limit/limit\", in: {\"curves\": \"actor.rom\"}),");
+    let mut nodes = String::from(
+        "\"actor\": (kind: \"sample_actor\"), \"fine\": (kind: \"limit/limit\", in: {\"curves\": \"actor.rom\"}),",
+    );
     for (id, code, _) in hostile {
         plant(&project, id, &harmed(code));
         nodes += &format!("\"{id}\": (kind: \"{id}/limit\", in: {{\"curves\": \"actor.rom\"}}),");
@@ -151,7 +159,9 @@ fn hostile_plugins_fail_alone_and_nothing_of_them_is_kept() {
 
 #[test]
 fn what_is_built_from_the_sources_computes_what_the_components_beside_them_do() {
-    for (plugin, language) in [("limit", "wat"), ("smoothing", "rust"), ("wrinkles", "c"), ("envelope", "assemblyscript")] {
+    for (plugin, language) in
+        [("limit", "wat"), ("smoothing", "rust"), ("wrinkles", "c"), ("envelope", "assemblyscript")]
+    {
         if let Some(tool) = missing_tools(language) {
             #[allow(clippy::print_stderr, reason = "what was not tested is told loudly")]
             {

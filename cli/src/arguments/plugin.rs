@@ -49,7 +49,9 @@ pub struct PluginFolder {
 
 /// `grimace plugin inspect`, `grimace plugin test`
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  grimace plugin inspect plugins/smoothing\n  grimace plugin test plugins/smoothing --json")]
+#[command(
+    after_help = "Examples:\n  grimace plugin inspect plugins/smoothing\n  grimace plugin test plugins/smoothing --json"
+)]
 pub struct PluginInspect {
     /// The folder of its plugin.ron
     #[arg(value_name = "FOLDER", default_value = ".")]
@@ -107,7 +109,7 @@ pub enum Language {
     C,
     /// Zig
     Zig,
-    /// AssemblyScript
+    /// `AssemblyScript`
     #[value(name = "assemblyscript")]
     AssemblyScript,
     /// WebAssembly text

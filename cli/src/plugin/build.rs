@@ -37,7 +37,10 @@ pub fn new(arguments: &NewPlugin) -> Result<Exit, Trouble> {
     let sdk = if language == build::Language::Rust {
         sdk.canonicalize().map_err(|problem| {
             let help = "name the folder plugins/sdk of grimace's sources with --sdk";
-            Trouble::command_line(format!("there is no Rust SDK at {}: {problem}", sdk.display()), Some(help.to_owned()))
+            Trouble::command_line(
+                format!("there is no Rust SDK at {}: {problem}", sdk.display()),
+                Some(help.to_owned()),
+            )
         })?
     } else {
         sdk

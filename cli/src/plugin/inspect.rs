@@ -47,7 +47,8 @@ fn page(text: &mut String, id: &str, node: &NodeSchema) {
         };
         let choices: Vec<&str> = parameter.choices.iter().map(|(name, _)| name.as_str()).collect();
         let choices = if choices.is_empty() { String::new() } else { format!(", one of {}", choices.join(", ")) };
-        let _ = writeln!(text, "  {} = {}{range}{choices}  {}", parameter.name, shown(&parameter.default), parameter.doc);
+        let _ =
+            writeln!(text, "  {} = {}{range}{choices}  {}", parameter.name, shown(&parameter.default), parameter.doc);
     }
 }
 
@@ -70,7 +71,8 @@ fn time(time: &TimeUse) -> String {
 
 fn as_json(plugin: &Plugin) -> Value {
     let (manifest, facts) = (&plugin.manifest, &plugin.facts);
-    let port = |port: &PortSchema| json!({ "name": port.name, "type": type_text(port), "doc": port.doc, "still": port.still });
+    let port =
+        |port: &PortSchema| json!({ "name": port.name, "type": type_text(port), "doc": port.doc, "still": port.still });
     let node = |node: &NodeSchema| {
         let parameters = node.parameters.iter().map(|parameter| {
             json!({

@@ -14,7 +14,8 @@ pub fn test(arguments: &PluginInspect) -> Result<Exit, Trouble> {
     let again = super::load(&arguments.folder)?;
     let trials = trial(&plugin);
     let same = plugin.nodes == again.nodes;
-    let failed = trials.iter().flat_map(|trial| &trial.checks).filter(|check| check.found.is_err()).count() + usize::from(!same);
+    let failed =
+        trials.iter().flat_map(|trial| &trial.checks).filter(|check| check.found.is_err()).count() + usize::from(!same);
     if arguments.json {
         for trial in &trials {
             output::print_json(&as_json(trial))?;
@@ -27,7 +28,11 @@ pub fn test(arguments: &PluginInspect) -> Result<Exit, Trouble> {
         if !same {
             text.push_str("it described its nodes differently when it was asked again\n");
         }
-        let _ = writeln!(text, "{}", if failed == 0 { "all is well".to_owned() } else { format!("{failed} checks failed") });
+        let _ = writeln!(
+            text,
+            "{}",
+            if failed == 0 { "all is well".to_owned() } else { format!("{failed} checks failed") }
+        );
         output::print(&text)?;
     }
     Ok(if failed == 0 { Exit::Fine } else { Exit::NodesFailed })

@@ -16,8 +16,8 @@ pub use describe::{
 };
 pub use error::NodeError;
 pub use inputs::{Inputs, Outputs, PortValue};
-pub use port::{Port, PortFacts, type_text};
 pub use kinds::{Bringer, Catalogue, Grounds, Kinds, Linked, NoKind, folders_in};
+pub use port::{Port, PortFacts, type_text};
 pub use registry::{Kind, Maker, kind, kinds};
 
 /// A node: parameters as its fields, typed ports on its card, and a computation.

@@ -43,10 +43,7 @@ impl std::fmt::Debug for Kind {
 impl Kind {
     /// The kind whose parameters are `T`.
     pub const fn of<T: Node + Default + JsonSchema + 'static>() -> Self {
-        Self(Origin::Linked {
-            make: || Box::new(T::default()),
-            schema: || schemars::schema_for!(T).to_value(),
-        })
+        Self(Origin::Linked { make: || Box::new(T::default()), schema: || schemars::schema_for!(T).to_value() })
     }
 
     /// A kind whose nodes `maker` makes.

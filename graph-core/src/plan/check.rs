@@ -161,7 +161,12 @@ fn check_types(loader: &mut Loader, wires: &Wires, node: usize) {
                 );
                 let place = &input.place;
                 let mistake = Diagnostic::at("type-mismatch", &place.source, place.span, message);
-                mistakes.push(mistake.label(given.meaning).may_help(conversion(loader.kinds(), card, given, input.port.kind.name)));
+                mistakes.push(mistake.label(given.meaning).may_help(conversion(
+                    loader.kinds(),
+                    card,
+                    given,
+                    input.port.kind.name,
+                )));
             }
         }
     }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// What a graph depends on: its files, and files or patterns of files that its nodes read.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Wanted {
-    /// The graph and what is nested in it.
+    /// The graph and what is nested in it, and the files that its kinds came from: plugins.
     pub graphs: BTreeSet<PathBuf>,
     /// Patterns whose matches are items, and single files.
     pub sources: BTreeSet<PathBuf>,
@@ -19,7 +19,12 @@ impl Wanted {
     pub fn of(plan: &Plan) -> Self {
         let read = plan.nodes.iter().filter(|node| !node.template.mentions_item).filter_map(|node| node.reads.as_ref());
         Self {
-            graphs: plan.sources.iter().map(|source| source.path.clone()).collect(),
+            graphs: plan
+                .sources
+                .iter()
+                .map(|source| source.path.clone())
+                .chain(plan.kinds().grounds().files.into_keys())
+                .collect(),
             sources: read.map(|pattern| pattern.path().to_owned()).collect(),
         }
     }

@@ -110,7 +110,8 @@ fn held(file: &Path, manifest: &Manifest, bytes: &[u8]) -> Result<(), LockError>
 }
 
 fn broken(found: &Found, error: &LoadError) -> NoKind {
-    let help = format!("`grimace plugin inspect {}` says more of it", found.file.parent().unwrap_or(Path::new(".")).display());
+    let help =
+        format!("`grimace plugin inspect {}` says more of it", found.file.parent().unwrap_or(Path::new(".")).display());
     NoKind { code: "broken-plugin", message: error.to_string(), help: Some(help) }
 }
 

@@ -48,7 +48,12 @@ impl Compiled {
     }
 
     /// The component `bytes`, whose digest is `digest`: from its kept code, or compiled now.
-    pub fn component(kept: Option<&Self>, engine: &Engine, bytes: &[u8], digest: &Digest) -> wasmtime::Result<Component> {
+    pub fn component(
+        kept: Option<&Self>,
+        engine: &Engine,
+        bytes: &[u8],
+        digest: &Digest,
+    ) -> wasmtime::Result<Component> {
         let Some((kept, key)) = kept.and_then(|kept| Some((kept, kept.key()?))) else {
             return Component::from_binary(engine, bytes);
         };

@@ -87,8 +87,8 @@ impl Plugin {
         let plugin = || manifest.id.clone();
         let digest = Digest::of(bytes);
         let broken = |problem: String| LoadError::Component { plugin: plugin(), problem };
-        let component = Compiled::component(kept, engine(), bytes, &digest)
-            .map_err(|problem| broken(format!("{problem:#}")))?;
+        let component =
+            Compiled::component(kept, engine(), bytes, &digest).map_err(|problem| broken(format!("{problem:#}")))?;
         let (imports, interface) = since_0_1::look(&component, &manifest)?;
         let ready = since_0_1::Ready::new(&component).map_err(|problem| broken(format!("{problem:#}")))?;
         let name: Arc<str> = manifest.id.as_str().into();
@@ -154,8 +154,9 @@ impl Plugin {
         };
         let (told, notes) = run(&self.name, self.manifest.limits, context, |store| self.ready.evaluate(store, &given));
         let outputs = told.and_then(|told| match told {
-            Ok(standing) => since_0_1::outputs(node, standing)
-                .map_err(|problem| RunError::Gave { plugin: plugin(), problem }),
+            Ok(standing) => {
+                since_0_1::outputs(node, standing).map_err(|problem| RunError::Gave { plugin: plugin(), problem })
+            }
             Err(fault) => Err(since_0_1::fault(plugin(), node, fault)),
         });
         (outputs, notes)

@@ -44,7 +44,7 @@ impl Found {
     pub fn id(&self) -> String {
         match &self.manifest {
             Ok(manifest) => manifest.id.clone(),
-            Err(_) => {
+            Err(ManifestError::File { .. } | ManifestError::Text { .. } | ManifestError::Field { .. }) => {
                 let folder = self.file.parent().and_then(Path::file_name);
                 folder.map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
             }

@@ -79,7 +79,8 @@ fn property(parameter: &ParameterSchema) -> Value {
         }
         Setting::Text(_) if parameter.choices.is_empty() => json!({ "type": "string" }),
         Setting::Text(_) => {
-            let choice = |(name, doc): &(String, String)| json!({ "const": name, "type": "string", "description": doc });
+            let choice =
+                |(name, doc): &(String, String)| json!({ "const": name, "type": "string", "description": doc });
             json!({ "oneOf": parameter.choices.iter().map(choice).collect::<Vec<_>>() })
         }
     };

@@ -9,8 +9,8 @@
 
 pub mod build;
 mod catalogue;
-mod component;
 mod compiled;
+mod component;
 mod digests;
 mod discover;
 mod engine;

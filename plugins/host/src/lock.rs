@@ -86,7 +86,10 @@ impl Lock {
         let text = ron::ser::to_string_pretty(self, style).map_err(|error| wrong(error.to_string()))?;
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let written = tempfile::NamedTempFile::new_in(folder).and_then(|mut temporary| {
-            writeln!(temporary, "// The plugins that these graphs may run. `grimace plugin accept` writes it.\n{text}")?;
+            writeln!(
+                temporary,
+                "// The plugins that these graphs may run. `grimace plugin accept` writes it.\n{text}"
+            )?;
             temporary.persist(file).map_err(|error| error.error)
         });
         written.map(drop).map_err(|error| wrong(error.to_string()))

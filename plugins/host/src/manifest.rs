@@ -115,11 +115,15 @@ impl Manifest {
     }
 
     fn checked(self, file: &Path) -> Result<Self, ManifestError> {
-        let wrong = |field, found: String, expected| Err(ManifestError::Field { file: file.to_owned(), field, found, expected });
+        let wrong = |field, found: String, expected| {
+            Err(ManifestError::Field { file: file.to_owned(), field, found, expected })
+        };
         let plain = |name: &str| {
             name.starts_with(|letter: char| letter.is_ascii_lowercase())
                 && name.len() <= 64
-                && name.chars().all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || "-_".contains(letter))
+                && name
+                    .chars()
+                    .all(|letter| letter.is_ascii_lowercase() || letter.is_ascii_digit() || "-_".contains(letter))
         };
         if !plain(&self.id) {
             let expected = "small letters, digits, `-` and `_`, at most 64, the first a letter";
@@ -129,10 +133,16 @@ impl Manifest {
             return wrong("version", format!("{:?}", self.version), "a version such as \"1.0.0\"");
         }
         let inside = Path::new(&self.file);
-        if inside.components().count() != 1 || !matches!(inside.components().next(), Some(std::path::Component::Normal(_))) {
+        if inside.components().count() != 1
+            || !matches!(inside.components().next(), Some(std::path::Component::Normal(_)))
+        {
             return wrong("file", format!("{:?}", self.file), "the name of a file beside the manifest");
         }
-        if !self.sha256.as_deref().is_none_or(|hex| hex.len() == 64 && hex.chars().all(|digit| digit.is_ascii_hexdigit())) {
+        if !self
+            .sha256
+            .as_deref()
+            .is_none_or(|hex| hex.len() == 64 && hex.chars().all(|digit| digit.is_ascii_hexdigit()))
+        {
             return wrong("sha256", format!("{:?}", self.sha256.unwrap_or_default()), "64 hexadecimal digits");
         }
         if !(1..=4096).contains(&self.limits.memory_mb) {
@@ -166,7 +176,9 @@ mod tests {
     #[test]
     fn mistakes_name_the_file_the_place_and_the_cure() {
         assert!(message("(id: \"calm\",\n vresion: \"1\")").starts_with("calm/plugin.ron:2:"));
-        assert!(message(&WHOLE.replace("\"calm\"", "\"Calm!\"")).contains("`id` is \"Calm!\"; it must be small letters"));
+        assert!(
+            message(&WHOLE.replace("\"calm\"", "\"Calm!\"")).contains("`id` is \"Calm!\"; it must be small letters")
+        );
         assert!(message(&WHOLE.replace("calm.wasm", "../calm.wasm")).contains("beside the manifest"));
         assert!(message(&WHOLE.replace("time_s: 5", "time_s: 0")).contains("more than 0"));
         assert!(message(&WHOLE.replace("time_s: 5", "memory_mb: 9000")).contains("1 to 4096"));

@@ -163,7 +163,7 @@ fn within<R>(
     let time = Duration::from_secs_f64(limits.time_s);
     store.epoch_deadline_callback(move |store| {
         let state = store.data();
-        if state.lent.with(|context| context.cancelled()) == Some(true) {
+        if state.lent.with(Context::cancelled) == Some(true) {
             return Err(state.stop(RunError::Cancelled));
         }
         if start.elapsed() > time.max(TICK) {
@@ -189,13 +189,14 @@ fn what(plugin: &Arc<str>, limits: Limits, notes: &Notes, error: &wasmtime::Erro
         (None, None) => {
             let problem = format!("{:#}", error.root_cause());
             if problem.contains("fuel") {
-                let problem = format!("more than {} MiB of values; raise `limits.memory_mb`, or give less", limits.memory_mb * 2);
+                let problem =
+                    format!("more than {} MiB of values; raise `limits.memory_mb`, or give less", limits.memory_mb * 2);
                 return RunError::Gave { plugin, problem };
             }
-            match frames.is_empty() {
-                true => RunError::Gave { plugin, problem: format!("what cannot be read: {problem}") },
-                false => RunError::Engine { plugin, problem: format!("{problem}{frames}") },
+            if frames.is_empty() {
+                return RunError::Gave { plugin, problem: format!("what cannot be read: {problem}") };
             }
+            RunError::Engine { plugin, problem: format!("{problem}{frames}") }
         }
     }
 }

@@ -283,7 +283,9 @@ fn of_time(node: &NodeSchema) -> Result<(), String> {
         return Err("it works per frame, and no input of it varies over time".to_owned());
     }
     match node.outputs.iter().find(|port| !framed(port) || port.many) {
-        Some(port) => Err(format!("it works per frame, and its output `{}` does not vary over time, or is a list", port.name)),
+        Some(port) => {
+            Err(format!("it works per frame, and its output `{}` does not vary over time, or is a list", port.name))
+        }
         None => Ok(()),
     }
 }

@@ -1,5 +1,7 @@
 //! Plugins that mean harm, or are broken: each ends in an error that names the plugin, and the host lives on.
 
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
 use face_math::data::Curves;
 use graph_core::node::{Context, Host, Inputs, NodeError, PortValue, SourceFile};
 use plugin_host::build::component;
@@ -203,9 +205,14 @@ fn schemas_that_lie_are_refused_when_they_are_loaded() {
     assert!(told.contains("`hostile`") && told.contains("did you mean `Curves`?"), "{told}");
     let told = load(&HONEST.replace("(f64.const 1e6)", "(f64.const -2e6)"));
     assert!(told.contains("a range from -1000000 to -2000000"), "{told}");
-    let told = load(&HONEST.replace("(i32.store (i32.const 544) (i32.const 0))", "(i32.store (i32.const 544) (i32.const -1))"));
+    let told = load(
+        &HONEST.replace("(i32.store (i32.const 544) (i32.const 0))", "(i32.store (i32.const 544) (i32.const -1))"),
+    );
     assert!(told.contains("work whole"), "{told}");
-    let endless = HONEST.replace("(result i32)\n    (call $pair (i32.const 512)", "(result i32) (loop $r (br $r))\n    (call $pair (i32.const 512)");
+    let endless = HONEST.replace(
+        "(result i32)\n    (call $pair (i32.const 512)",
+        "(result i32) (loop $r (br $r))\n    (call $pair (i32.const 512)",
+    );
     assert_ne!(endless, HONEST);
     assert!(load(&endless).contains("ran longer"));
 }
@@ -214,7 +221,10 @@ fn schemas_that_lie_are_refused_when_they_are_loaded() {
 fn what_plugins_are_not_given_is_refused_by_name() {
     let wasi = "(component (import \"wasi:filesystem/preopens@0.2.0\" (instance)) (import \"wasi:clocks/wall-clock@0.2.0\" (instance)))";
     let told = load_bytes(&component(wasi.as_bytes()).unwrap()).unwrap_err().to_string();
-    assert!(told.contains("plugin `hostile` imports `wasi:filesystem/preopens@0.2.0`, `wasi:clocks/wall-clock@0.2.0`"), "{told}");
+    assert!(
+        told.contains("plugin `hostile` imports `wasi:filesystem/preopens@0.2.0`, `wasi:clocks/wall-clock@0.2.0`"),
+        "{told}"
+    );
     let told = load_bytes(b"\0asm\x01\0\0\0").unwrap_err().to_string();
     assert!(told.contains("`hostile`"), "{told}");
 }

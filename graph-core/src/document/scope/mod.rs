@@ -17,8 +17,8 @@ pub use resolved::Resolved;
 pub use substitute::{resolve, resolve_name};
 
 use super::nearest::nearest_or_all;
-use crate::node::Kinds;
 use super::{Diagnostic, Entry, Graph, Literal, Place, Source, Span, Spanned};
+use crate::node::Kinds;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::PathBuf;

@@ -60,7 +60,8 @@ pub fn node_parameters<'a>(
         put(name, Written::Graph(param), resolve(&param.value, scope));
     }
     for (name, set) in set {
-        let wants_text = matches!(&entry.body, Body::Kind(kind) if takes_text(scope.kinds(), &kind.value, name, &set.value));
+        let wants_text =
+            matches!(&entry.body, Body::Kind(kind) if takes_text(scope.kinds(), &kind.value, name, &set.value));
         put(name, Written::CommandLine(&set.text), set.resolved(wants_text, &scope.environment));
     }
     if !sound {

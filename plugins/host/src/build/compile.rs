@@ -18,6 +18,8 @@ pub struct Built {
     pub sha256: String,
 }
 
+/// Where cargo looks for flags of the Rust compiler.
+const FLAGS: &str = "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS";
 /// Flags of the Rust compiler, unless the environment has some: vectors of 128 bits are everywhere.
 const RUST_FLAGS: &str = "-Ctarget-feature=+simd128";
 
@@ -53,19 +55,20 @@ pub fn build(folder: &Path, to: Option<&Path>) -> Result<Built, BuildError> {
 
 /// What this machine lacks to build plugins in `language`; `None` where nothing.
 pub fn missing_tools(language: &str) -> Option<String> {
-    let missing = match language {
+    match language {
         "rust" => {
-            let cargo = Command::new(rustc()).args(["--print", "target-libdir", "--target", "wasm32-unknown-unknown"]).output();
+            let cargo =
+                Command::new(rustc()).args(["--print", "target-libdir", "--target", "wasm32-unknown-unknown"]).output();
             let libraries = cargo.ok().map(|output| PathBuf::from(String::from_utf8_lossy(&output.stdout).trim()));
-            let there = libraries.is_some_and(|folder| folder.is_dir()) || std::env::var_os("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS").is_some();
+            let there = libraries.is_some_and(|folder| folder.is_dir())
+                || std::env::var_os("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS").is_some();
             (!there).then(|| "the Rust target wasm32-unknown-unknown".to_owned())
         }
-        "c" => clang().err().map(|_| "clang".to_owned()),
-        "zig" => tool("GRIMACE_ZIG", &["zig"]).err().map(|_| "zig".to_owned()),
-        "assemblyscript" => tool("GRIMACE_ASC", &["asc"]).err().map(|_| "asc".to_owned()),
+        "c" => clang().err().map(|()| "clang".to_owned()),
+        "zig" => tool("GRIMACE_ZIG", &["zig"]).err().map(|()| "zig".to_owned()),
+        "assemblyscript" => tool("GRIMACE_ASC", &["asc"]).err().map(|()| "asc".to_owned()),
         _ => None,
-    };
-    missing
+    }
 }
 
 fn failed(file: &Path, problem: &std::io::Error) -> BuildError {
@@ -77,7 +80,8 @@ fn tool(variable: &str, names: &[&str]) -> Result<OsString, ()> {
     if let Some(set) = std::env::var_os(variable).filter(|set| !set.is_empty()) {
         return Ok(set);
     }
-    let runs = |name: &&&str| Command::new(name).arg(if **name == "zig" { "version" } else { "--version" }).output().is_ok();
+    let runs =
+        |name: &&&str| Command::new(name).arg(if **name == "zig" { "version" } else { "--version" }).output().is_ok();
     names.iter().find(runs).map(OsString::from).ok_or(())
 }
 
@@ -86,7 +90,10 @@ fn rustc() -> OsString {
 }
 
 fn clang() -> Result<OsString, ()> {
-    tool("GRIMACE_CLANG", &["clang", "clang-23", "clang-22", "clang-21", "clang-20", "clang-19", "clang-18", "clang-17", "clang-16"])
+    tool(
+        "GRIMACE_CLANG",
+        &["clang", "clang-23", "clang-22", "clang-21", "clang-20", "clang-19", "clang-18", "clang-17", "clang-16"],
+    )
 }
 
 /// What the tool wrote, where it failed.
@@ -105,7 +112,11 @@ fn run(command: &mut Command) -> Result<Vec<u8>, BuildError> {
 
 fn rust(folder: &Path) -> Result<PathBuf, BuildError> {
     if let Some(tool) = missing_tools("rust") {
-        return Err(BuildError::Tool { language: "Rust", tool, cure: "`rustup target add wasm32-unknown-unknown` brings it" });
+        return Err(BuildError::Tool {
+            language: "Rust",
+            tool,
+            cure: "`rustup target add wasm32-unknown-unknown` brings it",
+        });
     }
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     cargo.current_dir(folder).args([
@@ -115,7 +126,6 @@ fn rust(folder: &Path) -> Result<PathBuf, BuildError> {
         "wasm32-unknown-unknown",
         "--message-format=json-render-diagnostics",
     ]);
-    const FLAGS: &str = "CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS";
     if std::env::var_os("RUSTFLAGS").is_none() && std::env::var_os(FLAGS).is_none() {
         cargo.env(FLAGS, RUST_FLAGS);
     }
@@ -123,8 +133,10 @@ fn rust(folder: &Path) -> Result<PathBuf, BuildError> {
     let text = String::from_utf8_lossy(&messages);
     let files = text.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
     let files = files.flat_map(|message| message["filenames"].as_array().cloned().unwrap_or_default());
-    let module = files.filter_map(|file| file.as_str().map(PathBuf::from)).filter(|file| file.extension().is_some_and(|ending| ending == "wasm"));
-    module.last().ok_or_else(|| BuildError::Component {
+    let mut module = files
+        .filter_map(|file| file.as_str().map(PathBuf::from))
+        .filter(|file| file.extension().is_some_and(|ending| ending == "wasm"));
+    module.next_back().ok_or_else(|| BuildError::Component {
         problem: "cargo gave no .wasm file: its Cargo.toml needs crate-type = [\"cdylib\"]".to_owned(),
     })
 }
@@ -134,7 +146,17 @@ fn c(folder: &Path, scratch: &Path) -> Result<PathBuf, BuildError> {
     let clang = clang().map_err(|()| BuildError::Tool { language: "C", tool: "clang".to_owned(), cure })?;
     let core = scratch.join("core.wasm");
     let mut command = Command::new(clang);
-    command.args(["--target=wasm32-unknown-unknown", "-O2", "-msimd128", "-mbulk-memory", "-ffreestanding", "-nostdlib", "-std=c17", "-Wall", "-fno-builtin"]);
+    command.args([
+        "--target=wasm32-unknown-unknown",
+        "-O2",
+        "-msimd128",
+        "-mbulk-memory",
+        "-ffreestanding",
+        "-nostdlib",
+        "-std=c17",
+        "-Wall",
+        "-fno-builtin",
+    ]);
     command.args(["-Wl,--no-entry", "-Wl,--gc-sections", "-Wl,--strip-debug", "-o"]).arg(&core);
     command.args(files(folder, "c")?);
     run(&mut command)?;
@@ -143,12 +165,26 @@ fn c(folder: &Path, scratch: &Path) -> Result<PathBuf, BuildError> {
 
 fn zig(folder: &Path, scratch: &Path) -> Result<PathBuf, BuildError> {
     let cure = "install Zig 0.14 or later, or name it in GRIMACE_ZIG";
-    let zig = tool("GRIMACE_ZIG", &["zig"]).map_err(|()| BuildError::Tool { language: "Zig", tool: "zig".to_owned(), cure })?;
+    let zig = tool("GRIMACE_ZIG", &["zig"]).map_err(|()| BuildError::Tool {
+        language: "Zig",
+        tool: "zig".to_owned(),
+        cure,
+    })?;
     let core = scratch.join("core.wasm");
     let mut emit = OsString::from("-femit-bin=");
     emit.push(&core);
     let mut command = Command::new(zig);
-    command.args(["build-exe", "-target", "wasm32-freestanding", "-O", "ReleaseFast", "-mcpu=generic+simd128+bulk_memory", "-fno-entry", "-rdynamic", "-fstrip"]);
+    command.args([
+        "build-exe",
+        "-target",
+        "wasm32-freestanding",
+        "-O",
+        "ReleaseFast",
+        "-mcpu=generic+simd128+bulk_memory",
+        "-fno-entry",
+        "-rdynamic",
+        "-fstrip",
+    ]);
     command.arg("--cache-dir").arg(scratch.join("zig")).arg(emit).arg(only(folder, "zig")?);
     run(&mut command)?;
     Ok(core)
@@ -161,7 +197,21 @@ fn assemblyscript(folder: &Path, scratch: &Path) -> Result<PathBuf, BuildError> 
     let asc = asc.map_err(|()| BuildError::Tool { language: "AssemblyScript", tool: "asc".to_owned(), cure })?;
     let core = scratch.join("core.wat");
     let mut command = Command::new(asc);
-    command.arg(only(folder, "ts")?).args(["--runtime", "stub", "--optimizeLevel", "3", "--noAssert", "--use", "abort=", "--enable", "simd", "--textFile"]).arg(&core);
+    command
+        .arg(only(folder, "ts")?)
+        .args([
+            "--runtime",
+            "stub",
+            "--optimizeLevel",
+            "3",
+            "--noAssert",
+            "--use",
+            "abort=",
+            "--enable",
+            "simd",
+            "--textFile",
+        ])
+        .arg(&core);
     run(&mut command)?;
     // The language has no way to export under names with such letters.
     let mut text = std::fs::read_to_string(&core).map_err(|problem| failed(&core, &problem))?;
@@ -177,7 +227,8 @@ fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, BuildError> {
     let mut found = Vec::new();
     for folder in [folder.join("src"), folder.to_owned()] {
         let entries = std::fs::read_dir(&folder).into_iter().flatten().filter_map(Result::ok);
-        found.extend(entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|own| own == ending)));
+        found
+            .extend(entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|own| own == ending)));
     }
     found.sort();
     if found.is_empty() {

@@ -1,7 +1,7 @@
 //! For authors: from sources to a component beside its `plugin.ron`, and new plugins to start from.
 
-mod component;
 mod compile;
+mod component;
 mod new;
 
 pub use compile::{Built, build, missing_tools};

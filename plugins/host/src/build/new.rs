@@ -13,7 +13,7 @@ pub enum Language {
     C,
     /// Zig.
     Zig,
-    /// AssemblyScript.
+    /// `AssemblyScript`.
     AssemblyScript,
     /// WebAssembly text.
     Wat,
@@ -21,8 +21,10 @@ pub enum Language {
 
 type Template = (&'static str, &'static str);
 
-const RUST: [Template; 2] =
-    [("Cargo.toml", include_str!("templates/rust/Cargo.toml.in")), ("src/lib.rs", include_str!("templates/rust/lib.rs.in"))];
+const RUST: [Template; 2] = [
+    ("Cargo.toml", include_str!("templates/rust/Cargo.toml.in")),
+    ("src/lib.rs", include_str!("templates/rust/lib.rs.in")),
+];
 const WAT: [Template; 1] = [("plugin.wat", include_str!("../../../examples/plugins/limit/plugin.wat"))];
 const AS: [Template; 2] = [
     ("plugin.ts", include_str!("../../../examples/plugins/envelope/plugin.ts")),

@@ -32,10 +32,11 @@ fn node() -> NodeSchema {
     }
 }
 
+type Lie = (fn(&mut NodeSchema), &'static str);
+
 #[test]
 fn each_lie_is_told_with_its_place() {
     assert_eq!(check(&[node()]), Ok(()));
-    type Lie = (fn(&mut NodeSchema), &'static str);
     let lies: [Lie; 12] = [
         (|node| node.name = "Calm!".to_owned(), "must be small letters"),
         (|node| node.doc = String::new(), "its description is empty"),

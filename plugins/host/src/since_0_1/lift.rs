@@ -172,7 +172,9 @@ fn points(coordinates: &[f32]) -> Result<Vec<Vec3>, String> {
         return Err(format!("{} coordinates, which are no whole points of three", coordinates.len()));
     }
     // A point that is missing is missing in all its coordinates.
-    let point = |point: &[f32; 3]| if point.iter().any(|number| number.is_nan()) { Vec3::NAN } else { Vec3::from_array(*point) };
+    let point = |point: &[f32; 3]| {
+        if point.iter().any(|number| number.is_nan()) { Vec3::NAN } else { Vec3::from_array(*point) }
+    };
     Ok(points.iter().map(point).collect())
 }
 
@@ -195,7 +197,9 @@ fn of_views(views: wit::ViewsResult) -> Result<Arc<dyn Value>, String> {
         let count = views.points_px.len();
         return Err(format!("{count} coordinates for {cameras} cameras, {markers} markers and {frames} frames"));
     }
-    let point = |point: &[f32; 2]| if point.iter().any(|number| number.is_nan()) { Vec2::NAN } else { Vec2::from_array(*point) };
+    let point = |point: &[f32; 2]| {
+        if point.iter().any(|number| number.is_nan()) { Vec2::NAN } else { Vec2::from_array(*point) }
+    };
     let points = points.iter().map(point).collect();
     let views = Views::new(axis(views.frames)?, views.cameras, views.markers, points);
     shared(views.map_err(|problem| problem.to_string()))
@@ -223,12 +227,18 @@ fn of_meshes(meshes: wit::MeshesResult) -> Result<Arc<dyn Value>, String> {
     let mut parts = Vec::with_capacity(meshes.parts.len());
     for part in meshes.parts {
         let end = part.first_vertex.checked_add(part.vertices);
-        let end = end.filter(|end| *end <= meshes.vertices && !part.triangles.iter().any(|vertex| *vertex >= meshes.vertices));
-        let end = end.ok_or_else(|| format!("part `{}` has vertices beyond the {} that there are", part.name, meshes.vertices))?;
+        let end = end
+            .filter(|end| *end <= meshes.vertices && !part.triangles.iter().any(|vertex| *vertex >= meshes.vertices));
+        let end = end.ok_or_else(|| {
+            format!("part `{}` has vertices beyond the {} that there are", part.name, meshes.vertices)
+        })?;
         let (triangles, odd) = part.triangles.as_chunks::<3>();
         let (uvs, odd_uv) = part.uvs.as_chunks::<2>();
         if !odd.is_empty() || !odd_uv.is_empty() {
-            return Err(format!("part `{}` has triangles of other than three vertices, or half a texture coordinate", part.name));
+            return Err(format!(
+                "part `{}` has triangles of other than three vertices, or half a texture coordinate",
+                part.name
+            ));
         }
         parts.push(Part {
             name: part.name,

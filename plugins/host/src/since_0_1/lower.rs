@@ -68,7 +68,8 @@ fn canonical_wide(numbers: &[f64]) -> Cow<'_, [f64]> {
 }
 
 fn frames(axis: FrameAxis) -> Result<wit::Frames, String> {
-    let count = u32::try_from(axis.count).map_err(|_| format!("{} frames are more than a plugin can count", axis.count))?;
+    let count =
+        u32::try_from(axis.count).map_err(|_| format!("{} frames are more than a plugin can count", axis.count))?;
     Ok(wit::Frames { first: axis.first, rate_hz: axis.rate_hz, count })
 }
 
@@ -109,7 +110,7 @@ fn stage(value: &dyn Value) -> Result<Staged<'_>, String> {
         let regions = features.regions().iter().map(|region| Region {
             name: &region.region,
             markers: texts(&region.markers),
-            sets: region.sets.iter().map(set).collect(),
+            sets: region.sets.iter().copied().map(set).collect(),
             width: region.width as u32,
             values: canonical(&region.values),
         });
@@ -141,7 +142,7 @@ fn stage(value: &dyn Value) -> Result<Staged<'_>, String> {
     Ok(Staged::Blob { name: kind.name, version: kind.version, bytes: Cow::Owned(value.encoded()) })
 }
 
-fn set(set: &FeatureSet) -> wit::FeatureSet {
+fn set(set: FeatureSet) -> wit::FeatureSet {
     match set {
         FeatureSet::Distance => wit::FeatureSet::Distance,
         FeatureSet::Direction => wit::FeatureSet::Direction,
@@ -251,12 +252,8 @@ impl<'a> Given<'a> {
                 both.map(|((name, value), lists)| wit::ItemParam { name, value: value.lend(lists) }).collect()
             })
             .collect();
-        let inputs: Vec<wit::StandingParam<'_>> = self
-            .ports
-            .iter()
-            .zip(&items)
-            .map(|((port, _), items)| wit::StandingParam { port, items })
-            .collect();
+        let inputs: Vec<wit::StandingParam<'_>> =
+            self.ports.iter().zip(&items).map(|((port, _), items)| wit::StandingParam { port, items }).collect();
         work(wit::Call { node: self.node, parameters: &parameters, inputs: &inputs })
     }
 }

@@ -120,7 +120,11 @@ impl Ready {
     }
 
     /// Evaluates one of its nodes.
-    pub fn evaluate(&self, store: &mut Store<State>, given: &Given<'_>) -> wasmtime::Result<Result<Vec<Standing>, Fault>> {
+    pub fn evaluate(
+        &self,
+        store: &mut Store<State>,
+        given: &Given<'_>,
+    ) -> wasmtime::Result<Result<Vec<Standing>, Fault>> {
         let plugin = self.0.instantiate(&mut *store)?;
         given.with(|call| plugin.grimace_node_nodes().call_evaluate(&mut *store, call))
     }

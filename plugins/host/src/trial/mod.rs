@@ -62,7 +62,9 @@ impl Bench<'_> {
                 let start = Instant::now();
                 let first = self.run(&inputs);
                 self.seconds = start.elapsed().as_secs_f64();
-                let told = |error: &RunError| if is_told(error) { Ok(format!("it refuses them: {error}")) } else { Err(error.to_string()) };
+                let told = |error: &RunError| {
+                    if is_told(error) { Ok(format!("it refuses them: {error}")) } else { Err(error.to_string()) }
+                };
                 let found = first.as_ref().map_or_else(told, |outputs| Ok(summary(outputs)));
                 checks.push(Check { what: "made-up values", found });
                 checks.push(Check { what: "the same twice", found: self.twice(&inputs, &first) });
@@ -107,7 +109,11 @@ impl Bench<'_> {
         Ok(ports.filter_map(|port| Some((port.name.clone(), outputs.take(&port.name)?))).collect())
     }
 
-    fn twice(&mut self, inputs: &Inputs, first: &Result<BTreeMap<String, PortValue>, RunError>) -> Result<String, String> {
+    fn twice(
+        &mut self,
+        inputs: &Inputs,
+        first: &Result<BTreeMap<String, PortValue>, RunError>,
+    ) -> Result<String, String> {
         match (first, self.run(inputs)) {
             (Ok(first), Ok(second)) if encoded(first) == encoded(&second) => Ok("equal to the last bit".to_owned()),
             (Err(first), Err(second)) if *first == second => Ok("the same refusal".to_owned()),
@@ -122,11 +128,14 @@ impl Bench<'_> {
         for start in (0..frames).step_by(BLOCK) {
             let own = start..(start + BLOCK).min(frames);
             let seen = own.start.saturating_sub(halo)..(own.end + halo).min(frames);
-            let outputs = self.run(&self.slice(inputs, &seen)).map_err(|error| format!("frames {seen:?} alone: {error}"))?;
+            let outputs =
+                self.run(&self.slice(inputs, &seen)).map_err(|error| format!("frames {seen:?} alone: {error}"))?;
             for (port, value) in outputs {
                 let PortValue::One(value) = value else { continue };
                 if value.axis().map(|axis| axis.count) != Some(seen.len()) {
-                    return Err(format!("output `{port}` does not have the frames that came in, as per-frame outputs must"));
+                    return Err(format!(
+                        "output `{port}` does not have the frames that came in, as per-frame outputs must"
+                    ));
                 }
                 let part = value.slice(own.start - seen.start..own.end - seen.start);
                 parts.entry(port).or_default().extend(part);
@@ -145,7 +154,9 @@ impl Bench<'_> {
         if encoded(&joined) == encoded(whole) {
             return Ok(format!("{blocks} blocks with {halo} frames on either side are equal to the whole"));
         }
-        Err(format!("blocks differ from the whole: it looks at more than the {halo} frames on either side that its schema says"))
+        Err(format!(
+            "blocks differ from the whole: it looks at more than the {halo} frames on either side that its schema says"
+        ))
     }
 
     fn slice(&self, inputs: &Inputs, frames: &Range<usize>) -> Inputs {
@@ -191,4 +202,3 @@ fn summary(outputs: &BTreeMap<String, PortValue>) -> String {
     };
     outputs.iter().map(one).collect::<Vec<_>>().join("; ")
 }
-

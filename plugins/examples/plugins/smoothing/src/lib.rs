@@ -4,6 +4,6 @@ mod one_euro;
 mod savitzky_golay;
 
 pub use one_euro::OneEuro;
-pub use savitzky_golay::SavitzkyGolay;
+pub use savitzky_golay::{SavitzkyGolay, smooth};
 
 grimace_plugin::export!(OneEuro, SavitzkyGolay);
