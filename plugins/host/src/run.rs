@@ -163,7 +163,9 @@ fn within<R>(
     let time = Duration::from_secs_f64(limits.time_s);
     store.epoch_deadline_callback(move |store| {
         let state = store.data();
-        if state.lent.with(Context::cancelled) == Some(true) {
+        #[allow(clippy::redundant_closure_for_method_calls, reason = "the method itself has one lifetime too few")]
+        let cancelled = state.lent.with(|context| context.cancelled());
+        if cancelled == Some(true) {
             return Err(state.stop(RunError::Cancelled));
         }
         if start.elapsed() > time.max(TICK) {
