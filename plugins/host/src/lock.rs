@@ -1,9 +1,9 @@
 //! The lock file: `plugins.lock` beside a graph, which pins the plugins that were accepted by their digests. Where there is
 //! one, a plugin that differs from it, or is not in it, is an error until it is accepted. Without one, nothing is pinned.
 
+use graph_core::document::edit::save;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The plugins that were accepted for the graphs of a folder.
@@ -84,15 +84,8 @@ impl Lock {
         let wrong = |problem: String| LockError::File { file: file.to_owned(), problem };
         let style = ron::ser::PrettyConfig::default().depth_limit(2);
         let text = ron::ser::to_string_pretty(self, style).map_err(|error| wrong(error.to_string()))?;
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let written = tempfile::NamedTempFile::new_in(folder).and_then(|mut temporary| {
-            writeln!(
-                temporary,
-                "// The plugins that these graphs may run. `grimace plugin accept` writes it.\n{text}"
-            )?;
-            temporary.persist(file).map_err(|error| error.error)
-        });
-        written.map(drop).map_err(|error| wrong(error.to_string()))
+        let text = format!("// The plugins that these graphs may run. `grimace plugin accept` writes it.\n{text}\n");
+        save(file, text).map_err(|error| wrong(error.to_string()))
     }
 
     /// Whether the plugin called `plugin`, of this version and digest, is the one that was accepted.

@@ -1,6 +1,6 @@
 //! One evaluation: a fresh store with its limits, what the plugin may ask of the host meanwhile, and what became of it.
 
-use crate::engine::{TICK, Ticking, engine};
+use crate::engine::{TABLE_ENTRIES, TICK, Ticking, engine};
 use crate::fault::RunError;
 use crate::kernel::Lent;
 use crate::manifest::Limits;
@@ -9,8 +9,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use wasmtime::{ResourceLimiter, Store, Trap, UpdateDeadline, WasmBacktrace};
 
-/// Entries that the tables of a plugin may have.
-const TABLE_ENTRIES: usize = 100_000;
 /// Frames of a backtrace that a message shows.
 const SHOWN_FRAMES: usize = 8;
 /// Letters of what a plugin says that are kept.

@@ -1,15 +1,15 @@
-//! An edited text goes back to its file.
+//! What was edited goes back to its file.
 
 use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Writes `text` whole or not at all, through a file beside the one that it replaces. A link stays a link: what it leads to is
+/// Writes `content` whole or not at all, through a file beside the one that it replaces. A link stays a link: what it leads to is
 /// replaced. A file that stands there keeps its permissions.
 ///
 /// # Errors
 /// Where the folder or the file cannot be written.
-pub fn save(path: &Path, text: &str) -> io::Result<()> {
+pub fn save(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
     let path = match path.canonicalize() {
         Err(problem) if problem.kind() == io::ErrorKind::NotFound => path.to_owned(),
         found => found?,
@@ -21,7 +21,7 @@ pub fn save(path: &Path, text: &str) -> io::Result<()> {
         Err(_) => Ok(()),
     };
     let written = fs::File::create(&beside)
-        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+        .and_then(|mut file| file.write_all(content.as_ref()).and_then(|()| file.sync_all()))
         .and_then(|()| keep_permissions())
         .and_then(|()| fs::rename(&beside, &path));
     if written.is_err() {

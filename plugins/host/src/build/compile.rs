@@ -3,6 +3,7 @@
 use super::{BuildError, component};
 use crate::digests::sha256;
 use crate::manifest::{FILE, Manifest};
+use graph_core::document::edit::save;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -44,12 +45,7 @@ pub fn build(folder: &Path, to: Option<&Path>) -> Result<Built, BuildError> {
     let bytes = component(&std::fs::read(&core).map_err(|problem| failed(&core, &problem))?)?;
     let file = to.map_or_else(|| folder.join(&manifest.file), Path::to_owned);
     // A watching engine reads it at any moment, so it is put in place whole.
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let written = tempfile::NamedTempFile::new_in(parent).and_then(|mut temporary| {
-        std::io::Write::write_all(&mut temporary, &bytes)?;
-        temporary.persist(&file).map_err(|error| error.error)
-    });
-    written.map_err(|problem| failed(&file, &problem))?;
+    save(&file, &bytes).map_err(|problem| failed(&file, &problem))?;
     Ok(Built { bytes: bytes.len(), sha256: sha256(&bytes), file })
 }
 
