@@ -6,10 +6,14 @@ mod browser;
 mod data;
 mod project;
 mod run;
+#[cfg(unix)]
+mod watch;
 mod workspace;
 
 pub use browser::Browser;
 pub use data::{skipped, test_data};
 pub use project::Project;
 pub use run::Run;
+#[cfg(unix)]
+pub use watch::Watch;
 pub use workspace::{Workspace, root};

@@ -5,6 +5,7 @@
 
 use plugin_host::build::{build, component, missing_tools};
 use plugin_host::sha256;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use whole_system::Project;
 
@@ -126,6 +127,45 @@ fn a_plugin_that_shadows_another_is_reported() {
     );
 }
 
+#[cfg(unix)]
+#[test]
+fn a_rebuilt_plugin_cooks_its_own_nodes_and_a_broken_one_waits_to_be_mended() {
+    let project = project();
+    project.write(
+        "graph.ron",
+        r#"(grimace: 1, nodes: {
+            "takes": (kind: "load_curves", with: (path: "takes/*.csv")),
+            "calm": (kind: "smooth_curves", in: {"curves": "takes"}, with: (filter: gaussian(sigma_frames: 1.5))),
+            "kept": (kind: "limit/limit", in: {"curves": "calm"}, with: (most: 0.5)),
+            "save": (kind: "save_curves", in: {"curves": "kept"}, with: (path: "out/{take}.csv"))})"#,
+    );
+    let take = |frames: usize| {
+        let rows = (0..frames).map(|frame| format!("{frame},0.{:03}\n", (frame * 37 + frames) % 1000));
+        format!("# rate_hz: 60\nframe,jawOpen\n{}", rows.collect::<String>())
+    };
+    let other = honest().replace("No value is above.", "Nothing is above it.");
+    let built = |source: &str| component(source.as_bytes()).unwrap();
+    project.copy(&examples().join("plugins/limit/plugin.ron"), "plugins/limit/plugin.ron");
+    project.write("plugins/limit/limit.wasm", built(&honest()));
+    project.write("takes/a.csv", take(40));
+    let mut watch = whole_system::Watch::start(&project, &[]);
+    watch.until_waiting_for(1);
+    let before = watch.events.len();
+    project.write("plugins/limit/limit.wasm", built(&other));
+    watch.until("rebuilt node", |event| event["event"] == "cooked" && event["node"] == "kept@a");
+    watch.until_waiting_for(1);
+    let cooked: Vec<_> = watch.events[before..].iter().filter(|event| event["event"] == "cooked").collect();
+    assert!(cooked.iter().all(|event| event["node"] == "kept@a"), "{cooked:?}");
+    project.write("plugins/limit/limit.wasm", "no component");
+    watch.until("diagnostic", |event| event["event"] == "diagnostic" && event["code"] == "broken-plugin");
+    project.write("takes/b.csv", take(41));
+    watch.until("take by the last good one", |event| event["event"] == "wrote" && event["node"] == "save@b");
+    project.write("plugins/limit/limit.wasm", built(&honest()));
+    watch.until_waiting_for(2);
+    watch.stop(0);
+    assert!(project.path("out/a.csv").is_file() && project.path("out/b.csv").is_file());
+}
+
 #[test]
 fn hostile_plugins_fail_alone_and_nothing_of_them_is_kept() {
     let project = project();
@@ -141,8 +181,8 @@ fn hostile_plugins_fail_alone_and_nothing_of_them_is_kept() {
     );
     for (id, code, _) in hostile {
         plant(&project, id, &harmed(code));
-        nodes += &format!("\"{id}\": (kind: \"{id}/limit\", in: {{\"curves\": \"actor.rom\"}}),");
-        nodes += &format!("\"after_{id}\": (kind: \"limit/limit\", in: {{\"curves\": \"{id}\"}}),");
+        write!(nodes, "\"{id}\": (kind: \"{id}/limit\", in: {{\"curves\": \"actor.rom\"}}),").unwrap();
+        write!(nodes, "\"after_{id}\": (kind: \"limit/limit\", in: {{\"curves\": \"{id}\"}}),").unwrap();
     }
     project.write("graph.ron", format!("(grimace: 1, nodes: {{{nodes}}})"));
     for _ in 0..2 {
@@ -189,4 +229,16 @@ fn new_plugins_build_and_pass_their_trial() {
     assert!(inspected.stdout.contains("\"calm/limit\""), "{}", inspected.stdout);
     project.run(&["new", "plugin", "calm"]).ended_with(1);
     project.run(&["new", "plugin", "Calm!"]).ended_with(1);
+}
+
+#[test]
+fn a_new_rust_plugin_brings_the_sdk_and_its_node_runs_natively_in_its_own_tests() {
+    let project = project();
+    project.run(&["new", "plugin", "calm", "--lang", "rust"]).ended_with(0);
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut tests = std::process::Command::new(cargo);
+    tests.current_dir(project.path("calm")).args(["test", "--offline"]).env_remove("CARGO_TARGET_DIR");
+    let output = tests.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("values_are_multiplied ... ok"), "{output:?}");
 }

@@ -9,14 +9,11 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
-use whole_system::Project;
+use std::io::Write;
+use std::time::Duration;
+use whole_system::{Project, Watch};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_grimace-under-test");
-const PATIENCE: Duration = Duration::from_mins(1);
 
 const GRAPH: &str = r#"(
     grimace: 1,
@@ -42,62 +39,6 @@ const TRAINING: &str = r#"
             with: (epochs: 100000, width: 16, blocks: 1),
         ),
 "#;
-
-/// A watch that runs, and what it has said so far.
-struct Watch {
-    child: Child,
-    lines: Receiver<String>,
-    events: Vec<Value>,
-}
-
-impl Watch {
-    fn start(project: &Project, arguments: &[&str]) -> Self {
-        let mut command = project.command();
-        command.args(["watch", "graph.ron", "--json"]).args(arguments);
-        if !arguments.contains(&"--settle") {
-            command.args(["--settle", "0.3"]);
-        }
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
-        let (sender, lines) = channel();
-        let out = BufReader::new(child.stdout.take().unwrap());
-        std::thread::spawn(move || out.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
-        Self { child, lines, events: Vec::new() }
-    }
-
-    /// Takes in what it says until something fits.
-    fn until(&mut self, what: &str, fits: impl Fn(&Value) -> bool) -> Value {
-        let end = Instant::now() + PATIENCE;
-        loop {
-            let left = end.saturating_duration_since(Instant::now());
-            let line = self.lines.recv_timeout(left).unwrap_or_else(|_| panic!("no {what}:\n{:#?}", self.events));
-            self.events.push(serde_json::from_str(&line).unwrap());
-            let event = self.events.last().unwrap();
-            if fits(event) {
-                return event.clone();
-            }
-        }
-    }
-
-    fn until_waiting_for(&mut self, files: usize) {
-        self.until(&format!("waiting for {files} files"), |event| {
-            event["event"] == "waiting" && event["files"] == files && event["settling"] == 0
-        });
-    }
-
-    fn signal(&self, name: &str) {
-        Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status().unwrap();
-    }
-
-    /// Ends it; all that it said.
-    fn stop(mut self, code: i32) -> Vec<Value> {
-        self.signal("INT");
-        assert_eq!(self.child.wait().unwrap().code(), Some(code));
-        let said = self.lines.iter().map(|line| serde_json::from_str(&line).unwrap());
-        let mut events = std::mem::take(&mut self.events);
-        events.extend(said);
-        events
-    }
-}
 
 /// A take of so many frames, which no other take of its name has.
 fn take(frames: usize) -> String {

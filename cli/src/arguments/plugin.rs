@@ -95,7 +95,7 @@ pub struct NewPlugin {
     /// The language: rust, c, zig, assemblyscript or wat
     #[arg(long, value_name = "LANGUAGE", value_enum, default_value = "rust", hide_possible_values = true)]
     pub lang: Language,
-    /// Where the Rust SDK lies, which is plugins/sdk of grimace's sources
+    /// Where the Rust SDK lies, plugins/sdk of grimace's sources; without it, a copy comes along
     #[arg(long, value_name = "FOLDER")]
     pub sdk: Option<PathBuf>,
 }

@@ -4,7 +4,7 @@ use crate::arguments::{Language, NewPlugin, PluginFolder};
 use crate::exit::{Exit, Trouble};
 use crate::output;
 use plugin_host::build;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Compiles a plugin.
 pub fn build(arguments: &PluginFolder) -> Result<Exit, Trouble> {
@@ -30,22 +30,17 @@ pub fn new(arguments: &NewPlugin) -> Result<Exit, Trouble> {
         Language::AssemblyScript => build::Language::AssemblyScript,
         Language::Wat => build::Language::Wat,
     };
-    let sdk = match &arguments.sdk {
-        Some(sdk) => sdk.clone(),
-        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/sdk"),
-    };
-    let sdk = if language == build::Language::Rust {
+    let found = |sdk: &PathBuf| {
         sdk.canonicalize().map_err(|problem| {
-            let help = "name the folder plugins/sdk of grimace's sources with --sdk";
+            let help = "name the folder plugins/sdk of grimace's sources, or leave --sdk out for a copy";
             Trouble::command_line(
                 format!("there is no Rust SDK at {}: {problem}", sdk.display()),
                 Some(help.to_owned()),
             )
-        })?
-    } else {
-        sdk
+        })
     };
-    build::new(folder, &name, language, &sdk).map_err(Trouble::plugin)?;
+    let sdk = arguments.sdk.as_ref().map(found).transpose()?;
+    build::new(folder, &name, language, sdk.as_deref()).map_err(Trouble::plugin)?;
     let shown = folder.display();
     output::print(&format!(
         "{shown} is begun: `grimace plugin build {shown}` compiles it, `grimace plugin test {shown}` tries it\n"

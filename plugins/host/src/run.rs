@@ -201,6 +201,9 @@ fn what(plugin: &Arc<str>, limits: Limits, notes: &Notes, error: &wasmtime::Erro
     }
 }
 
+/// What a language's own library calls its functions: they say how a panic came about, and not where.
+const LIBRARY: [&str; 5] = ["__rustc::", "std::", "core::", "alloc::", "rust_"];
+
 /// The plugin's own functions, innermost first.
 fn frames(trace: &WasmBacktrace) -> String {
     let mut lines = Vec::new();
@@ -210,6 +213,10 @@ fn frames(trace: &WasmBacktrace) -> String {
         if lines.last() != Some(&name) {
             lines.push(name);
         }
+    }
+    let library = |line: &String| LIBRARY.iter().any(|start| line.starts_with(start));
+    if !lines.iter().all(library) {
+        lines.retain(|line| !library(line));
     }
     let more = lines.len().saturating_sub(SHOWN_FRAMES);
     lines.truncate(SHOWN_FRAMES);
