@@ -82,11 +82,7 @@ macro_rules! setting {
 
 impl Call {
     pub(crate) fn of_host(call: wit::Call) -> Self {
-        Self {
-            node: call.node,
-            settings: call.parameters,
-            inputs: call.inputs,
-        }
+        Self { node: call.node, settings: call.parameters, inputs: call.inputs }
     }
 
     /// A call to the node `N` with the defaults of its parameters and nothing on its inputs, for tests.

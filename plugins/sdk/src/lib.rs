@@ -37,7 +37,8 @@ mod runtime;
 mod schema;
 
 pub use bindings::grimace::node::types::{
-    Blob, Curves, FeatureSet, Features, Frames, Image, Markers, Meshes, Numbers, Part, RegionFeatures, Tensor, Value, Views,
+    Blob, Curves, FeatureSet, Features, Frames, Image, Markers, Meshes, Numbers, Part, RegionFeatures, Tensor, Value,
+    Views,
 };
 pub use call::{Call, Fault};
 pub use outputs::Outputs;

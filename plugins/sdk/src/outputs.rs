@@ -22,7 +22,11 @@ impl Outputs {
 
     /// The same outputs with named values on a list output.
     #[must_use]
-    pub fn with_list<V: Into<wit::Value>>(mut self, output: &str, items: impl IntoIterator<Item = (String, V)>) -> Self {
+    pub fn with_list<V: Into<wit::Value>>(
+        mut self,
+        output: &str,
+        items: impl IntoIterator<Item = (String, V)>,
+    ) -> Self {
         let items = items.into_iter().map(|(name, value)| wit::Item { name, value: value.into() });
         self.0.push(wit::Standing { port: output.to_owned(), items: items.collect() });
         self

@@ -12,16 +12,20 @@ fn share(cutoff_hz: f64, rate_hz: f64) -> f64 {
 
 impl Node for OneEuro {
     fn schema() -> Schema {
-        Schema::new("one_euro", "Calms jitter in still moments and follows fast moves. It looks at the past alone, so it lags a little.")
-            .takes("curves", "Curves", "one value per channel and frame")
-            .gives("curves", "Curves", "the same channels and frames, filtered")
-            .number("min_cutoff_hz", 1.0, 0.001..=120.0, "Cut-off where nothing moves. Lower is calmer.")
-            .number("beta", 0.5, 0.0..=100.0, "How much faster moves raise the cut-off. Higher lags less.")
-            .number("speed_cutoff_hz", 1.0, 0.001..=120.0, "Cut-off for the speed itself.")
+        Schema::new(
+            "one_euro",
+            "Calms jitter in still moments and follows fast moves. It looks at the past alone, so it lags a little.",
+        )
+        .takes("curves", "Curves", "one value per channel and frame")
+        .gives("curves", "Curves", "the same channels and frames, filtered")
+        .number("min_cutoff_hz", 1.0, 0.001..=120.0, "Cut-off where nothing moves. Lower is calmer.")
+        .number("beta", 0.5, 0.0..=100.0, "How much faster moves raise the cut-off. Higher lags less.")
+        .number("speed_cutoff_hz", 1.0, 0.001..=120.0, "Cut-off for the speed itself.")
     }
 
     fn evaluate(call: &mut Call) -> Result<Outputs, Fault> {
-        let (least_hz, beta, speed_hz) = (call.number("min_cutoff_hz"), call.number("beta"), call.number("speed_cutoff_hz"));
+        let (least_hz, beta, speed_hz) =
+            (call.number("min_cutoff_hz"), call.number("beta"), call.number("speed_cutoff_hz"));
         let mut curves = call.curves("curves")?;
         let (rate_hz, channels) = (curves.frames.rate_hz, curves.channels.len());
         let speed_share = share(speed_hz, rate_hz);

@@ -48,11 +48,19 @@ fn middle<const N: usize>(weights: &[f32], window: &[f32], row: &mut [f32]) {
 
 impl Node for SavitzkyGolay {
     fn schema() -> Schema {
-        Schema::new("savitzky_golay", "Fits a parabola around each frame and takes its middle: noise goes, peaks keep their height.")
-            .takes("curves", "Curves", "one value per channel and frame")
-            .gives("curves", "Curves", "the same channels and frames, smoothed")
-            .integer("half_window_frames", 4, 1..=100, "Frames on either side that the parabola is fitted to. More is calmer.")
-            .per_frame_by("half_window_frames")
+        Schema::new(
+            "savitzky_golay",
+            "Fits a parabola around each frame and takes its middle: noise goes, peaks keep their height.",
+        )
+        .takes("curves", "Curves", "one value per channel and frame")
+        .gives("curves", "Curves", "the same channels and frames, smoothed")
+        .integer(
+            "half_window_frames",
+            4,
+            1..=100,
+            "Frames on either side that the parabola is fitted to. More is calmer.",
+        )
+        .per_frame_by("half_window_frames")
     }
 
     fn evaluate(call: &mut Call) -> Result<Outputs, Fault> {
@@ -84,7 +92,9 @@ mod tests {
         for channels in [2, 4, 7, 31, 32, 33, 70] {
             let rows: Vec<f32> = alone.iter().flat_map(|value| std::iter::repeat_n(*value, channels)).collect();
             let found = smooth(&rows, channels, 4);
-            assert!(found.chunks_exact(channels).zip(&known).all(|(row, known)| row.iter().all(|value| value == known)));
+            assert!(
+                found.chunks_exact(channels).zip(&known).all(|(row, known)| row.iter().all(|value| value == known))
+            );
         }
         assert!(smooth(&[], 0, 4).is_empty());
     }
