@@ -3,53 +3,29 @@
 use crate::arguments::{EditKey, Way};
 use crate::exit::{Exit, Trouble};
 use crate::output;
-use face_io::edits;
 use face_math::data::{Key, KeyCurve, KeyTarget};
-use graph_core::document::edit::{Draft, Step, apply, save};
+use graph_core::document::edit::save;
+use nodes::edits_text::{self, KeyEdit};
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
-
-/// A file without edits.
-const EMPTY: &str = "(\n    takes: {\n    },\n)\n";
 
 /// Writes the key, and says what it was before.
 pub fn edit_key(arguments: &EditKey) -> Result<Exit, Trouble> {
     let path = &arguments.edits;
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
-        Err(problem) if problem.kind() == ErrorKind::NotFound && !arguments.remove => EMPTY.to_owned(),
+        Err(problem) if problem.kind() == ErrorKind::NotFound && !arguments.remove => edits_text::EMPTY.to_owned(),
         Err(problem) => return Err(wrong(path, &problem)),
     };
-    let known = edits::read(text.as_bytes()).map_err(|problem| wrong(path, &problem))?;
-    let keys = known.takes.get(&arguments.take).and_then(|take| take.keys.get(&arguments.channel));
-    let mut keys = keys.cloned().unwrap_or_default();
-    let before = keys.iter().position(|key| key.frame == arguments.frame).map(|place| keys.remove(place));
-    if arguments.remove && before.is_none() {
-        let message = format!(
-            "{}: take `{}` has no key on `{}` at frame {}",
-            path.display(),
-            arguments.take,
-            arguments.channel,
-            arguments.frame
-        );
-        let others: Vec<String> = keys.iter().map(|key| key.frame.to_string()).collect();
-        let help = (!others.is_empty()).then(|| format!("its keys there are at {}", others.join(", ")));
-        return Err(Trouble::command_line(message, help));
-    }
-    keys.extend(wanted(arguments)?);
-    keys.sort_by_key(|key| key.frame);
-
-    let draft = Draft::of(&text).map_err(|problem| wrong(path, &problem))?;
-    let place =
-        [Step::Field("takes"), Step::Entry(&arguments.take), Step::Field("keys"), Step::Entry(&arguments.channel)];
-    let changes =
-        if keys.is_empty() { draft.remove_at(&place) } else { draft.set_at(&place, &edits::keys_text(&keys)) };
-    let edited = apply(&text, &changes.map_err(|problem| wrong(path, &problem))?);
-    // What is written can be read again, whatever stood there.
-    edits::read(edited.as_bytes()).map_err(|problem| wrong(path, &problem))?;
-    save(path, &edited).map_err(|problem| wrong(path, &problem))?;
-    let now = match wanted(arguments)?.as_ref() {
+    let edit = match wanted(arguments) {
+        Some(key) => KeyEdit::Set(key),
+        None => KeyEdit::Remove(arguments.frame),
+    };
+    let edited = edits_text::edit_key(&text, &arguments.take, &arguments.channel, &edit);
+    let edited = edited.map_err(|problem| wrong(path, &problem))?;
+    save(path, &edited.text).map_err(|problem| wrong(path, &problem))?;
+    let now = match wanted(arguments).as_ref() {
         Some(key) => shown(key),
         None => "as it was solved".to_owned(),
     };
@@ -60,26 +36,20 @@ pub fn edit_key(arguments: &EditKey) -> Result<Exit, Trouble> {
         arguments.take,
         arguments.frame
     ));
-    output::say(&format!("to go back: {}", back(arguments, before.as_ref())));
+    output::say(&format!("to go back: {}", back(arguments, edited.before.as_ref())));
     Ok(Exit::Fine)
 }
 
 /// The key that is asked for; none where it is to be taken out.
-fn wanted(arguments: &EditKey) -> Result<Option<Key>, Trouble> {
-    let Some(number) = arguments.value else { return Ok(None) };
-    if !number.is_finite() {
-        return Err(Trouble::command_line(
-            format!("`{number}` is no weight"),
-            Some("give a number, mostly 0 to 1".into()),
-        ));
-    }
+fn wanted(arguments: &EditKey) -> Option<Key> {
+    let number = arguments.value?;
     let to = if arguments.offset { KeyTarget::Offset(number) } else { KeyTarget::Value(number) };
     let curve = match arguments.curve {
         Way::Smooth => KeyCurve::Smooth,
         Way::Linear => KeyCurve::Linear,
         Way::Hold => KeyCurve::Hold,
     };
-    Ok(Some(Key { frame: arguments.frame, to, falloff_frames: arguments.falloff, curve }))
+    Some(Key { frame: arguments.frame, to, falloff_frames: arguments.falloff, curve })
 }
 
 fn shown(key: &Key) -> String {

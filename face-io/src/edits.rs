@@ -199,6 +199,19 @@ pub fn keys_text(keys: &[Key]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
+/// The anchors of one take as they stand in a file.
+pub fn anchors_text(anchors: &[AnchorPose]) -> String {
+    let text = |anchor: &AnchorPose| {
+        if anchor.weights.is_empty() {
+            return format!("(frame: {})", anchor.frame);
+        }
+        let weights: Vec<String> = anchor.weights.iter().map(|(channel, weight)| format!("{channel:?}: {weight:?}")).collect();
+        format!("(frame: {}, weights: {{{}}})", anchor.frame, weights.join(", "))
+    };
+    let texts: Vec<String> = anchors.iter().map(text).collect();
+    format!("[{}]", texts.join(", "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,8 +229,9 @@ mod tests {
         let take = &edits.takes["a"];
         assert_eq!(take.anchors.iter().map(|anchor| anchor.frame).collect::<Vec<_>>(), [3, -1]);
         assert_eq!(take.keys["jawOpen"].iter().map(|key| key.frame).collect::<Vec<_>>(), [2, 9]);
-        let again = format!("(takes: {{\"a\": (keys: {{\"jawOpen\": {}}})}})", keys_text(&take.keys["jawOpen"]));
-        assert_eq!(read(again.as_bytes()).unwrap().takes["a"].keys, take.keys);
+        let (anchors, keys) = (anchors_text(&take.anchors), keys_text(&take.keys["jawOpen"]));
+        let again = format!("(takes: {{\"a\": (anchors: {anchors}, keys: {{\"jawOpen\": {keys}}})}})");
+        assert_eq!(read(again.as_bytes()).unwrap().takes["a"], *take);
         assert_eq!(edits.takes["b"], TakeEdits::default());
     }
 

@@ -4,6 +4,7 @@
 //! of [`graph_core::node`] only where its crate is linked.
 
 pub mod clean;
+pub mod edits_text;
 pub mod load;
 mod patterns;
 mod random;

@@ -1,11 +1,12 @@
 //! Pictures: the worst frames, rendered with the captured markers, and the contact sheets that the graph drew.
 
 use crate::ReportError;
-use crate::errors::{TakeError, best, worst_frames};
+use crate::errors::{ALL, TakeError, best};
 use crate::html::Section;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use face_math::data::{Attachment, Curves, Image, Markers, Rig};
+use face_math::solve::worst_frames;
 use face_math::render::{Camera, Mark, Style, draw_marks, render_rig};
 use graph_core::cook::Engine;
 use nodes::save::scene::{Scene, moved};
@@ -76,7 +77,7 @@ fn drawn(engine: &mut Engine, take: &TakeError) -> Result<String, ReportError> {
     let camera = Camera::framing(&moved(&rig));
     let style = Style::sized(SIZE_PX, SIZE_PX);
     let mut out = String::new();
-    for (position, error_mm) in worst_frames(&take.curves, FRAMES) {
+    for (position, error_mm) in worst_frames(&take.curves, ALL, FRAMES) {
         let pose = scene.pose(position).map_err(|error| failed(error.to_string()))?;
         out += "<figure><div class=\"row\">";
         for yaw_deg in YAWS_DEG {

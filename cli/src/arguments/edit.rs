@@ -23,7 +23,7 @@ pub struct Edit {
     /// Keys of your own: a RON file of those that differ
     #[arg(long, value_name = "FILE")]
     pub keys: Option<PathBuf>,
-    /// Write the milliseconds from each key to the screen into a file
+    /// Write into a file how long opening took, keys to the screen, and edited keys to curves, in milliseconds
     #[arg(long, value_name = "FILE", hide = true)]
     pub timings: Option<PathBuf>,
 }

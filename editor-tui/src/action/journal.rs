@@ -1,6 +1,6 @@
 //! Questions: leaving with unsaved edits, files that changed on disk, edits of an editor that was not closed.
 
-use super::{changed, unread};
+use super::{changed, curves, unread};
 use crate::model::merge::{Merged, merge};
 use crate::model::texts::{Operation, Texts};
 use crate::model::{Effect, Overlay, Question, State};
@@ -23,6 +23,7 @@ pub fn answer(state: &mut State, question: Question, key: &KeyEvent) -> Vec<Effe
             state.say(if letter == 'm' { "kept what is here; s writes it" } else { "took what is on disk; u undoes" });
             state.refresh();
             let mut effects = unread(state);
+            effects.extend(curves::refresh(state));
             effects.push(Effect::Check);
             return effects;
         }

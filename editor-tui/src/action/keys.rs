@@ -7,6 +7,12 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 /// Takes a message: the state changes, and what it gives is to be done outside of it.
 pub fn update(state: &mut State, message: Message) -> Vec<Effect> {
+    let effects = updated(state, message);
+    state.read_edits();
+    effects
+}
+
+fn updated(state: &mut State, message: Message) -> Vec<Effect> {
     match message {
         Message::Key(key) if key.kind == KeyEventKind::Release => Vec::new(),
         Message::Key(key) => key_pressed(state, &key),
@@ -36,6 +42,7 @@ fn key_pressed(state: &mut State, key: &KeyEvent) -> Vec<Effect> {
         Focus::Canvas => "canvas",
         Focus::Form => "form",
         Focus::Preview => "preview",
+        Focus::Curves => "curves",
     };
     let keymap = std::sync::Arc::clone(&state.keymap);
     let Some(name) = keymap.action(place, Key::of(key)) else { return Vec::new() };

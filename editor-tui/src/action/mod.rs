@@ -4,7 +4,9 @@
 
 mod add;
 mod cook;
+mod curves;
 mod delete;
+mod edit_key;
 mod edit_value;
 mod find;
 mod help;
@@ -27,9 +29,11 @@ mod select;
 mod take;
 mod undo;
 mod wire;
+mod worst_frame;
 mod zoom;
 
 pub use add::listed as listed_kinds;
+pub use curves::channels_like as listed_channels;
 pub use find::found as listed_nodes;
 pub use keys::update;
 pub use wire::listed as listed_wires;
@@ -100,6 +104,37 @@ pub const ACTIONS: &[Action] = &[
     action("turn_down", "tilt the view", look::turn_down),
     action("nearer", "come nearer", look::nearer),
     action("farther", "go farther away", look::farther),
+    action("curves", "work on the output's curves", curves::begin),
+    action("end_curves", "back to the graph", curves::end),
+    action("frame_back", "a frame back", curves::frame_back),
+    action("frame_on", "a frame on", curves::frame_on),
+    action("frames_back", "ten frames back", curves::frames_back),
+    action("frames_on", "ten frames on", curves::frames_on),
+    action("first_frame", "the first frame", curves::first_frame),
+    action("last_frame", "the last frame", curves::last_frame),
+    action("next_channel", "the next channel", curves::next_channel),
+    action("previous_channel", "the previous channel", curves::previous_channel),
+    action("find_channel", "find a channel by a few letters", curves::find_channel),
+    action("set_key", "type a key's value, or +0.1", edit_key::ask),
+    action("key_up", "key: a little more", edit_key::up),
+    action("key_down", "key: a little less", edit_key::down),
+    action("key_up_more", "key: much more", edit_key::up_more),
+    action("key_down_more", "key: much less", edit_key::down_more),
+    action("key_earlier", "move the key a frame back", edit_key::earlier),
+    action("key_later", "move the key a frame on", edit_key::later),
+    action("key_wider", "key: fade over more frames", edit_key::wider),
+    action("key_narrower", "key: over fewer frames", edit_key::narrower),
+    action("key_curve", "key: smooth, linear or hold", edit_key::curve),
+    action("delete_key", "delete the key", edit_key::delete),
+    action("next_key", "the channel's next key", edit_key::next),
+    action("previous_key", "the channel's previous key", edit_key::previous),
+    action("anchor", "anchor this frame, or not", edit_key::anchor),
+    action("next_worst", "the next worst frame", worst_frame::next),
+    action("previous_worst", "the previous worst frame", worst_frame::previous),
+    action("next_region", "another region for the worst", curves::next_region),
+    action("span", "more or fewer frames", curves::span),
+    action("next_take", "the next take", curves::next_take),
+    action("play_curves", "play or stop", curves::play),
     action("cook", "cook the graph", cook::all),
     action("cook_selected", "cook the node and what it needs", cook::selected),
     action("cancel", "cancel the cook", cook::cancel),
@@ -133,7 +168,13 @@ fn edit(
 fn changed(state: &mut State, operation: Option<Operation>) -> Vec<Effect> {
     let Some(operation) = operation else { return Vec::new() };
     state.refresh();
-    let mut effects = vec![Effect::Journal(operation), Effect::Check];
+    let mut effects = vec![Effect::Journal(operation)];
+    if state.work.is_some() {
+        // What shows is cooked at once; all else is looked at when the work ends.
+        effects.extend(curves::refresh(state));
+    } else {
+        effects.push(Effect::Check);
+    }
     effects.extend(unread(state));
     effects
 }
@@ -151,10 +192,10 @@ fn unread(state: &State) -> Vec<Effect> {
 
 /// Asks for the value that the preview shows, where it shows.
 fn peek(state: &mut State) -> Vec<Effect> {
-    if !state.preview_open {
+    if !state.preview_open || state.work.is_some() {
         return Vec::new();
     }
-    let (Some(cell), Some(port)) = (state.cell(), state.output()) else {
+    let Some((cell, port)) = state.shown_output() else {
         state.preview.show_nothing();
         return Vec::new();
     };

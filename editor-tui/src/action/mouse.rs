@@ -8,7 +8,7 @@ use ratatui::layout::Position;
 
 /// Takes what the mouse does.
 pub fn mouse(state: &mut State, event: MouseEvent) -> Vec<Effect> {
-    if state.overlay != Overlay::None {
+    if state.overlay != Overlay::None || state.work.is_some() {
         return Vec::new();
     }
     let areas = crate::view::areas(state);

@@ -32,6 +32,7 @@ pub fn next(state: &mut State) -> Vec<Effect> {
         Focus::Canvas => Focus::Form,
         Focus::Form if state.preview_open => Focus::Preview,
         Focus::Form | Focus::Preview => Focus::Canvas,
+        Focus::Curves => Focus::Curves,
     };
     peek(state)
 }
@@ -42,6 +43,7 @@ pub fn previous(state: &mut State) -> Vec<Effect> {
         Focus::Canvas if state.preview_open => Focus::Preview,
         Focus::Canvas | Focus::Preview => Focus::Form,
         Focus::Form => Focus::Canvas,
+        Focus::Curves => Focus::Curves,
     };
     peek(state)
 }

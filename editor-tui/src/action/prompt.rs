@@ -1,6 +1,6 @@
 //! Keys while a line is typed, a palette is open, or a question is asked.
 
-use super::{add, edit_value, find, journal, rename, wire};
+use super::{add, curves, edit_key, edit_value, find, journal, rename, wire};
 use crate::model::line::Line;
 use crate::model::{Ask, Effect, Overlay, State};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -94,6 +94,8 @@ pub fn in_overlay(state: &mut State, key: &KeyEvent) -> Vec<Effect> {
                     Ask::Rename(from) => rename::done(state, from, &typed),
                     Ask::NewName(kind, fit) => add::done(state, kind, fit.as_ref(), &typed),
                     Ask::Find => find::done(state, &typed),
+                    Ask::Channel => curves::channel_found(state, &typed),
+                    Ask::Key => edit_key::typed(state, &typed),
                 };
                 return done.unwrap_or_else(|message| {
                     state.overlay = Overlay::Prompt { ask, line, error: Some(message) };

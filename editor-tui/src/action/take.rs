@@ -1,6 +1,7 @@
 //! What comes from outside: checks, cooks, values, files.
 
-use super::{changed, peek, unread};
+use super::{curves, peek, unread};
+use crate::model::curves::{Desk, FRAMES_A_BEAT};
 use crate::model::texts::Taken;
 use crate::model::{Cooking, Effect, Message, Overlay, Question, State};
 use graph_core::cook::{Event, Summary};
@@ -36,12 +37,18 @@ pub fn take(state: &mut State, message: Message) -> Vec<Effect> {
             state.statuses.stop();
             ended(state, summary);
             state.preview.forget();
+            if let Some(work) = &state.work {
+                // What was edited meanwhile is cooked now.
+                let stale = work.asked_of != Some(state.texts.revision);
+                return if stale { curves::refresh(state) } else { Vec::new() };
+            }
             let mut effects = peek(state);
             if cooked != Some(state.texts.revision) {
                 effects.push(Effect::Check);
             }
             effects
         }
+        Message::Desk { of, revision, desk } => desk_made(state, &of, revision, desk),
         Message::Peeked { of, value } => {
             state.preview.shown(&of, value);
             Vec::new()
@@ -59,7 +66,10 @@ pub fn take(state: &mut State, message: Message) -> Vec<Effect> {
             state.complain(problem);
             Vec::new()
         }
-        Message::JournalFound { operations, bases } => {
+        Message::JournalFound { operations, bases, sources } => {
+            for (file, text) in sources {
+                state.texts.add_source(file, text);
+            }
             state.overlay = Overlay::Question(Question::Journal { operations, bases });
             Vec::new()
         }
@@ -67,6 +77,9 @@ pub fn take(state: &mut State, message: Message) -> Vec<Effect> {
             state.beat += 1;
             if state.preview.playing {
                 state.preview.scrub(1);
+            }
+            if let Some(work) = state.work.as_mut().filter(|work| work.playing) {
+                work.scrub(FRAMES_A_BEAT);
             }
             Vec::new()
         }
@@ -83,11 +96,29 @@ fn cook(state: &mut State, event: &Event) {
     let cooking = state.cooking.get_or_insert_with(Cooking::default);
     match event {
         Event::Planned { cells } => cooking.cells = *cells,
-        Event::Cooked { .. } | Event::Cached { .. } | Event::Failed { .. } | Event::Skipped { .. } => cooking.done += 1,
+        Event::Cooked { .. } | Event::Cached { .. } | Event::Skipped { .. } => cooking.done += 1,
+        Event::Failed { node, error, .. } => {
+            cooking.done += 1;
+            if let Some(work) = &mut state.work {
+                work.problem = Some(format!("{node}: {error}"));
+            }
+        }
         Event::Notice { about, message } => state.complain(format!("{about}: {message}")),
         _ => {}
     }
     state.statuses.take(event);
+}
+
+fn desk_made(
+    state: &mut State,
+    of: &(String, String),
+    revision: u64,
+    desk: Result<Arc<Desk>, String>,
+) -> Vec<Effect> {
+    if let Some(work) = state.work.as_mut().filter(|work| work.of == *of) {
+        work.shown(desk, revision);
+    }
+    curves::unread(state)
 }
 
 fn ended(state: &mut State, summary: Result<Summary, String>) {
@@ -116,6 +147,15 @@ fn on_disk(state: &mut State, file: &Path, text: Result<String, String>) -> Vec<
         }
     };
     if state.texts.get(file).is_none() {
+        let desk = state.work.as_ref().and_then(|work| work.desk.as_ref());
+        if desk.is_some_and(|desk| desk.file == file) {
+            state.texts.add_source(file.to_owned(), text);
+            // The desk was made of what is on disk.
+            if let Some(work) = &mut state.work {
+                (work.made_of, work.asked_of) = (state.texts.revision, Some(state.texts.revision));
+            }
+            return Vec::new();
+        }
         state.texts.add(file.to_owned(), text);
         state.refresh();
         let mut effects = unread(state);
@@ -134,8 +174,8 @@ fn on_disk(state: &mut State, file: &Path, text: Result<String, String>) -> Vec<
     }
     state.refresh();
     state.select_first();
-    let mut effects = changed(state, None);
-    effects.extend(unread(state));
+    let mut effects = unread(state);
+    effects.extend(curves::refresh(state));
     effects.push(Effect::Check);
     effects
 }

@@ -3,6 +3,7 @@
 
 pub mod board;
 pub mod catalogue;
+pub mod curves;
 pub mod fields;
 pub mod keymap;
 pub mod layout;
@@ -16,6 +17,7 @@ pub mod wiring;
 use crate::preview::Preview;
 use board::Board;
 use catalogue::Catalogue;
+use curves::{CurveWork, Desk};
 use graph_core::cook::{Event, Summary};
 use graph_core::document::Diagnostic;
 use keymap::Keymap;
@@ -38,6 +40,8 @@ pub enum Focus {
     Form,
     /// The value of the selected output.
     Preview,
+    /// The curves that are worked on.
+    Curves,
 }
 
 /// A port of the selected card.
@@ -81,6 +85,10 @@ pub enum Ask {
     NewName(String, Option<wiring::Fit>),
     /// A node to go to.
     Find,
+    /// A channel to go to.
+    Channel,
+    /// What a key asks for.
+    Key,
 }
 
 /// What must be decided before anything else.
@@ -209,6 +217,8 @@ pub struct State {
     pub preview_open: bool,
     /// What it shows.
     pub preview: Preview,
+    /// The curves that are worked on.
+    pub work: Option<CurveWork>,
     /// The cook that runs.
     pub cooking: Option<Cooking>,
     /// How the last thing went.
@@ -258,6 +268,15 @@ pub enum Message {
         /// The value, made ready to be drawn.
         value: Result<Arc<crate::preview::Picture>, String>,
     },
+    /// The curves that are worked on, as the texts of this revision make them.
+    Desk {
+        /// The cell and port that were asked for.
+        of: (String, String),
+        /// The texts' revision.
+        revision: u64,
+        /// The curves, or why there are none.
+        desk: Result<Arc<Desk>, String>,
+    },
     /// A file on disk.
     OnDisk {
         /// The file.
@@ -273,13 +292,15 @@ pub enum Message {
         operations: Vec<Operation>,
         /// The texts that they begin with.
         bases: Vec<(PathBuf, String)>,
+        /// Those of the files that are no graphs, as they are on disk.
+        sources: Vec<(PathBuf, String)>,
     },
 }
 
 /// What is to be done outside of the state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Effect {
-    /// Read a graph file that is nested.
+    /// Read a graph file that is nested, or the file of the edits that are worked on.
     Read(PathBuf),
     /// Check the texts and see what a cook would do.
     Check,
@@ -293,6 +314,8 @@ pub enum Effect {
     Journal(Operation),
     /// Get the value of a cell's output.
     Peek(String, String),
+    /// Cook what work on a cell's curves shows, and get it.
+    Work(String, String),
     /// Throw the journal away.
     DropJournal,
     /// End the editor.

@@ -39,11 +39,19 @@ pub struct Text {
     pub base: String,
     /// The graph in it, as far as it can be understood.
     pub graph: Option<Arc<Graph>>,
+    /// Whether it is no graph but a source that one of its nodes reads, such as a file of edits.
+    pub source: bool,
 }
 
 impl Text {
-    fn new(path: &Path, text: String) -> Self {
-        Self { graph: parsed(path, &text), base: text.clone(), now: text }
+    fn new(path: &Path, text: String, source: bool) -> Self {
+        let mut made = Self { graph: None, base: text.clone(), now: text, source };
+        made.understand(path);
+        made
+    }
+
+    fn understand(&mut self, path: &Path) {
+        self.graph = if self.source { None } else { parsed(path, &self.now) };
     }
 }
 
@@ -60,6 +68,8 @@ pub struct Texts {
     undone: Vec<Operation>,
     /// Raised by every change.
     pub revision: u64,
+    /// Raised by every change of a graph.
+    pub graphs_revision: u64,
 }
 
 /// What became of a file that changed on disk.
@@ -76,9 +86,17 @@ pub enum Taken {
 }
 
 impl Texts {
-    /// Adds a file as it is on disk.
+    /// Adds a graph file as it is on disk.
     pub fn add(&mut self, path: PathBuf, text: String) {
-        let text = Text::new(&path, text);
+        let text = Text::new(&path, text, false);
+        self.files.insert(path, text);
+        self.revision += 1;
+        self.graphs_revision += 1;
+    }
+
+    /// Adds a file that a node reads, as it is on disk.
+    pub fn add_source(&mut self, path: PathBuf, text: String) {
+        let text = Text::new(&path, text, true);
         self.files.insert(path, text);
         self.revision += 1;
     }
@@ -172,7 +190,8 @@ impl Texts {
         });
         for step in &operation.steps {
             if let Some(file) = self.files.get_mut(&step.file) {
-                file.graph = parsed(&step.file, &file.now);
+                file.understand(&step.file);
+                self.graphs_revision += u64::from(!file.source);
             }
         }
         self.revision += 1;

@@ -42,6 +42,7 @@ impl State {
             form: Form::default(),
             preview_open: false,
             preview: Preview::default(),
+            work: None,
             cooking: None,
             note: None,
             beat: 0,
@@ -217,15 +218,49 @@ impl State {
 
     /// The cell whose value and standing show for the selected node.
     pub fn cell(&self) -> Option<String> {
-        let path = self.path()?;
-        let told = self.statuses.telling(&path, self.item.as_deref());
+        Some(self.cell_of(&self.path()?))
+    }
+
+    /// The cell of the node at `path` for the item that shows, or the first.
+    pub fn cell_of(&self, path: &str) -> String {
+        let told = self.statuses.telling(path, self.item.as_deref());
         let first = || {
-            let tally = self.statuses.tally(&path)?;
+            let tally = self.statuses.tally(path)?;
             Some(format!("{path}@{}", tally.items.keys().next()?))
         };
         let wanted = self.item.as_ref().map(|item| format!("{path}@{item}"));
         let known = |name: &String| self.statuses.cell(name).is_some();
-        wanted.filter(known).or_else(first).or_else(|| told.map(|(name, _)| name.to_owned())).or(Some(path))
+        let told = || told.map(|(name, _)| name.to_owned());
+        wanted.filter(known).or_else(first).or_else(told).unwrap_or_else(|| path.to_owned())
+    }
+
+    /// The cell and port on which the selected output's value stands: within a nested graph, where that has it from.
+    pub fn shown_output(&self) -> Option<(String, String)> {
+        let (mut file, mut prefix) = (self.level().file.clone(), self.level().prefix.clone());
+        let (mut name, mut port) = (self.level().selected.clone()?, Some(self.output()?));
+        loop {
+            let graph = self.texts.get(&file)?.graph.clone()?;
+            match &graph.nodes.get(&name)?.body {
+                Body::Kind(kind) => {
+                    let first = || Some(self.catalogue.get(&kind.value)?.outputs.first()?.name.to_owned());
+                    return Some((self.cell_of(&format!("{prefix}{name}")), port.or_else(first)?));
+                }
+                Body::Graph(nested) => {
+                    prefix = format!("{prefix}{name}/");
+                    file = nested_file(&file, &nested.value)?;
+                    let outputs = &self.texts.get(&file)?.graph.as_ref()?.outputs;
+                    let source = match &port {
+                        Some(port) => outputs.get(port)?,
+                        None => outputs.values().next()?,
+                    };
+                    let (node, of) = match source.value.rsplit_once('.') {
+                        Some((node, of)) => (node, Some(of.to_owned())),
+                        None => (source.value.as_str(), None),
+                    };
+                    (name, port) = (node.to_owned(), of);
+                }
+            }
+        }
     }
 
     /// Tells how something went.

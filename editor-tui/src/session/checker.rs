@@ -53,7 +53,7 @@ impl Checker {
 
 /// The mistakes in the texts, or what a cook would do with each cell.
 fn check(asked: &Asked, root: &Path, store: &Arc<Store>, texts: Texts) -> (Vec<Diagnostic>, Vec<Event>) {
-    let plan = match load_texts(root, &asked.overrides, texts) {
+    let plan = match load_texts(root, &asked.overrides, texts.clone()) {
         Ok(plan) => plan,
         Err(mistakes) => return (mistakes.0, Vec::new()),
     };
@@ -63,7 +63,10 @@ fn check(asked: &Asked, root: &Path, store: &Arc<Store>, texts: Texts) -> (Vec<D
     let options = Options { dry: true, only: Vec::new(), ..asked.options.clone() };
     let cancel = Arc::new(AtomicBool::new(false));
     let engine = Engine::new(plan, &asked.overrides, Arc::clone(store), options, cancel, Some(tell));
-    let planned = engine.and_then(|mut engine| engine.cook().map(drop));
+    let planned = engine.and_then(|mut engine| {
+        engine.hold(&texts);
+        engine.cook().map(drop)
+    });
     let mistakes = planned.err().map(|problem| Diagnostic::new("plan", problem.to_string()));
     let events = std::mem::take(&mut *events.lock().unwrap_or_else(PoisonError::into_inner));
     (mistakes.into_iter().collect(), events)

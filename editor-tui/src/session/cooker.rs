@@ -2,6 +2,7 @@
 //! exchanged in it, so that a cook costs what the change touches.
 
 use super::Asked;
+use super::workbench::Bench;
 use crate::model::Message;
 use crate::preview::picture;
 use graph_core::cook::{CookError, Engine, Options, Summary, session_name};
@@ -16,11 +17,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Instant;
 
-type Texts = BTreeMap<PathBuf, String>;
+pub type Texts = BTreeMap<PathBuf, String>;
 
 enum Job {
     Cook(Texts, Vec<String>),
     Peek(Texts, String, String),
+    Work(Ask),
+}
+
+/// Curves to be worked on.
+pub struct Ask {
+    /// What is unsaved.
+    pub texts: Texts,
+    /// The revision of all texts.
+    pub revision: u64,
+    /// That of the graphs among them.
+    pub graphs_revision: u64,
+    /// The cell and port at which the work began.
+    pub of: (String, String),
 }
 
 /// Takes what is to be cooked or looked at.
@@ -42,8 +56,9 @@ impl Cooker {
             cancel: Arc::clone(&cancel),
             tell: tell.clone(),
             standing: None,
+            bench: None,
         };
-        std::thread::spawn(move || kitchen.work(&receiver));
+        std::thread::spawn(move || kitchen.serve(&receiver));
         Self { sender, cancel }
     }
 
@@ -59,6 +74,12 @@ impl Cooker {
         self.cancel.store(true, Ordering::Relaxed);
     }
 
+    /// Asks for curves to be worked on.
+    pub fn work(&self, ask: Ask) {
+        self.cancel.store(false, Ordering::Relaxed);
+        drop(self.sender.send(Job::Work(ask)));
+    }
+
     /// Asks for a value.
     pub fn peek(&self, texts: Texts, cell: String, port: String) {
         drop(self.sender.send(Job::Peek(texts, cell, port)));
@@ -66,28 +87,31 @@ impl Cooker {
 }
 
 /// An engine in memory, with what tells whether another plan could stand in its place.
-struct Standing {
+pub(super) struct Standing {
     engine: Engine,
     shape: String,
     parameters: BTreeMap<String, BTreeMap<String, String>>,
     dry: bool,
 }
 
-struct Kitchen {
-    root: PathBuf,
-    overrides: Vec<Override>,
+pub(super) struct Kitchen {
+    pub root: PathBuf,
+    pub overrides: Vec<Override>,
     options: Options,
-    store: Arc<Store>,
-    cancel: Arc<AtomicBool>,
+    pub store: Arc<Store>,
+    pub cancel: Arc<AtomicBool>,
     tell: Sender<(Instant, Message)>,
-    standing: Option<Standing>,
+    pub standing: Option<Standing>,
+    /// What stands for work on curves, and only for that.
+    pub bench: Option<Bench>,
 }
 
 impl Kitchen {
-    fn work(mut self, jobs: &Receiver<Job>) {
+    fn serve(mut self, jobs: &Receiver<Job>) {
         while let Ok(job) = jobs.recv() {
             let message = match job {
                 Job::Cook(texts, only) => {
+                    self.bench = None;
                     self.say(Message::CookBegan);
                     let cooked = catch_unwind(AssertUnwindSafe(|| self.cook(texts, only)));
                     Message::CookEnded(cooked.unwrap_or_else(|_| {
@@ -96,7 +120,16 @@ impl Kitchen {
                         Err("the cook broke off; what was done is kept".to_owned())
                     }))
                 }
+                Job::Work(ask) => {
+                    self.say(Message::CookBegan);
+                    let worked = catch_unwind(AssertUnwindSafe(|| self.work(&ask)));
+                    Message::CookEnded(worked.unwrap_or_else(|_| {
+                        self.bench = None;
+                        Err("the cook broke off; what was done is kept".to_owned())
+                    }))
+                }
                 Job::Peek(texts, cell, port) => {
+                    self.bench = None;
                     let value = catch_unwind(AssertUnwindSafe(|| self.peek(texts, &cell, &port)));
                     let value = value.unwrap_or_else(|_| Err("this value cannot be shown".to_owned()));
                     Message::Peeked { of: (cell, port), value }
@@ -108,19 +141,19 @@ impl Kitchen {
         }
     }
 
-    fn say(&self, message: Message) -> bool {
+    pub fn say(&self, message: Message) -> bool {
         self.tell.send((Instant::now(), message)).is_ok()
     }
 
     fn cook(&mut self, texts: Texts, only: Vec<String>) -> Result<Summary, String> {
-        let plan = load_texts(&self.root, &self.overrides, texts)
-            .map_err(|mistakes| mistakes.0.first().map_or_else(String::new, |mistake| mistake.message.clone()))?;
+        let plan = self.plan(&texts)?;
         let told = |problem: CookError| problem.to_string();
         let lease = self.store.lease(&session_name(&self.store, &self.root)).map_err(|problem| problem.to_string())?;
         if !only.is_empty() {
             // What is cooked in part leaves a session behind, from which a whole engine begins anew.
             self.standing = None;
-            let mut engine = self.engine(plan, Options { only, ..self.options.clone() }).map_err(told)?;
+            let mut engine = self.engine(plan, only).map_err(told)?;
+            engine.hold(&texts);
             let summary = engine.cook().map_err(told)?;
             engine.remember().map_err(told)?;
             return Ok(summary);
@@ -132,11 +165,12 @@ impl Kitchen {
             .is_some_and(|standing| !standing.dry && standing.shape == shape && exchange(standing, &plan, &parameters));
         if !fits {
             self.standing = None;
-            let engine = self.engine(plan, self.options.clone()).map_err(told)?;
+            let engine = self.engine(plan, Vec::new()).map_err(told)?;
             self.standing = Some(Standing { engine, shape, parameters: BTreeMap::new(), dry: false });
         }
         let Some(standing) = &mut self.standing else { return Ok(Summary::default()) };
         standing.parameters = parameters;
+        standing.engine.hold(&texts);
         standing.engine.rescan();
         let summary = standing.engine.cook();
         if summary.is_err() {
@@ -150,23 +184,29 @@ impl Kitchen {
         Ok(summary)
     }
 
-    fn engine(&self, plan: Plan, options: Options) -> Result<Engine, CookError> {
+    pub fn plan(&self, texts: &Texts) -> Result<Plan, String> {
+        load_texts(&self.root, &self.overrides, texts.clone())
+            .map_err(|mistakes| mistakes.0.first().map_or_else(String::new, |mistake| mistake.message.clone()))
+    }
+
+    pub fn engine(&self, plan: Plan, only: Vec<String>) -> Result<Engine, CookError> {
         let tell = self.tell.clone();
         let told = Arc::new(move |event| drop(tell.send((Instant::now(), Message::Cook(event)))));
-        let options = Options { resident: true, dry: false, ..options };
+        let options = Options { resident: true, dry: false, only, ..self.options.clone() };
         let (store, cancel) = (Arc::clone(&self.store), Arc::clone(&self.cancel));
         Engine::new(plan, &self.overrides, store, options, cancel, Some(told))
     }
 
     fn peek(&mut self, texts: Texts, cell: &str, port: &str) -> Result<Arc<crate::preview::Picture>, String> {
         if self.standing.is_none() {
-            let plan = load_texts(&self.root, &self.overrides, texts);
+            let plan = load_texts(&self.root, &self.overrides, texts.clone());
             let plan = plan.map_err(|_| "the graph has mistakes; mend them, then cook".to_owned())?;
             let options = Options { dry: true, only: Vec::new(), ..self.options.clone() };
             let cancel = Arc::new(AtomicBool::new(false));
             let (shape, parameters) = (shape(&plan), parameters(&plan));
             let engine = Engine::new(plan, &self.overrides, Arc::clone(&self.store), options, cancel, None);
             let mut engine = engine.map_err(|problem| problem.to_string())?;
+            engine.hold(&texts);
             engine.cook().map_err(|problem| problem.to_string())?;
             self.standing = Some(Standing { engine, shape, parameters, dry: true });
         }

@@ -8,6 +8,8 @@ mod cooker;
 mod files;
 mod journal;
 mod screen;
+mod timings;
+mod workbench;
 
 use crate::action::{names, update};
 use crate::model::board::{Role, nested_file};
@@ -17,7 +19,7 @@ use crate::model::texts::Texts;
 use crate::model::{Effect, Message, State};
 use crate::view::{Theme, draw};
 use checker::Checker;
-use cooker::Cooker;
+use cooker::{Ask, Cooker};
 use graph_core::cook::Options;
 use graph_core::document::{Body, Override};
 use graph_core::plan::tidy;
@@ -27,6 +29,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
+use timings::Timings;
 
 /// What is edited, and how it is cooked.
 #[derive(Debug, Clone)]
@@ -41,7 +44,7 @@ pub struct Asked {
     pub options: Options,
     /// A keymap of one's own.
     pub keys: Option<PathBuf>,
-    /// A file into which the time from each key to the screen is written, in milliseconds.
+    /// A file into which times are written: a line each, what it is and how many milliseconds (see `timings`).
     pub timings: Option<PathBuf>,
 }
 
@@ -115,12 +118,15 @@ fn read_nested(texts: &mut Texts, root: &Path) {
 /// # Errors
 /// Where the graph cannot be read or the terminal cannot be used.
 pub fn edit(asked: &Asked) -> Result<(), SessionError> {
+    let begun = Instant::now();
     let size = ratatui::crossterm::terminal::size()?;
     let state = begin(asked, size)?;
     let (sender, messages) = channel();
     let mut session = Session::new(asked, state, &sender);
     let mut screen = screen::Screen::begin()?;
     screen::read_keys(sender);
+    session.draw(&mut screen)?;
+    session.timings.opened(begun);
     let done = session.run(&messages, &mut screen);
     drop(screen);
     session.cooker.cancel();
@@ -141,8 +147,7 @@ struct Session {
     checker: Checker,
     journal: Journal,
     seen: files::Seen,
-    timings: Option<Vec<f64>>,
-    timings_file: Option<PathBuf>,
+    timings: Timings,
     leaving: bool,
 }
 
@@ -156,14 +161,16 @@ impl Session {
             checker: Checker::begin(asked, &root, &store, sender),
             journal: Journal::of(&asked.store, &root),
             seen: files::Seen::default(),
-            timings: asked.timings.as_ref().map(|_| Vec::new()),
-            timings_file: asked.timings.clone(),
+            timings: Timings::into(asked.timings.clone()),
             leaving: false,
             state,
         };
         session.perform(vec![Effect::Check]);
         if let Some((bases, operations)) = session.journal.left_behind() {
-            session.take(Message::JournalFound { operations, bases });
+            let unknown = bases.iter().filter(|(file, _)| session.state.texts.get(file).is_none());
+            let read = |(file, _): &(PathBuf, String)| Some((file.clone(), files::read(file).ok()?));
+            let sources = unknown.filter_map(read).collect();
+            session.take(Message::JournalFound { operations, bases, sources });
         }
         session
     }
@@ -175,9 +182,9 @@ impl Session {
     ) -> Result<(), SessionError> {
         let (mut beaten, mut looked, mut drawn) = (Instant::now(), Instant::now(), Instant::now());
         let mut waiting_news = false;
-        self.draw(screen)?;
         while !self.leaving {
-            let moving = self.state.cooking.is_some() || self.state.preview.playing;
+            let plays = self.state.work.as_ref().is_some_and(|work| work.playing);
+            let moving = self.state.cooking.is_some() || self.state.preview.playing || plays;
             let mut wait =
                 if moving { BEAT.saturating_sub(beaten.elapsed()) } else { LOOK.saturating_sub(looked.elapsed()) };
             if waiting_news {
@@ -192,10 +199,15 @@ impl Session {
                         let news = matches!(message, Message::Cook(_));
                         waiting_news |= news;
                         changed |= !news;
-                        if matches!(message, Message::Key(_) | Message::Mouse(_)) {
+                        let key = matches!(message, Message::Key(_) | Message::Mouse(_));
+                        if key {
                             pressed.push(at);
                         }
+                        let before = self.state.texts.revision;
                         self.take(message);
+                        if key && self.state.texts.revision != before && self.state.work.is_some() {
+                            self.timings.edited(at);
+                        }
                         // Keys are shown at once, however much a cook tells.
                         next = if pressed.len() < 8 { messages.try_recv().ok() } else { None };
                     }
@@ -216,12 +228,10 @@ impl Session {
                 self.draw(screen)?;
                 drawn = Instant::now();
                 waiting_news = false;
-                if let Some(timings) = &mut self.timings {
-                    timings.extend(pressed.iter().map(|at| at.elapsed().as_secs_f64() * 1e3));
-                }
+                self.timings.drawn(&pressed, &self.state);
             }
         }
-        self.write_timings();
+        self.timings.write();
         Ok(())
     }
 
@@ -250,6 +260,12 @@ impl Session {
                 Effect::Check => self.checker.check(self.state.texts.revision, self.overlay()),
                 Effect::Cook(only) => self.cooker.cook(self.overlay(), only),
                 Effect::Cancel => self.cooker.cancel(),
+                Effect::Work(cell, port) => self.cooker.work(Ask {
+                    texts: self.overlay(),
+                    revision: self.state.texts.revision,
+                    graphs_revision: self.state.texts.graphs_revision,
+                    of: (cell, port),
+                }),
                 Effect::Peek(cell, port) => self.cooker.peek(self.overlay(), cell, port),
                 Effect::Journal(operation) => {
                     if let Err(problem) = self.journal.note(&self.state.texts, &operation) {
@@ -313,13 +329,5 @@ impl Session {
             self.take(Message::OnDisk { file, text: Ok(text) });
         }
         any
-    }
-
-    fn write_timings(&self) {
-        if let (Some(timings), Some(file)) = (&self.timings, &self.timings_file) {
-            let lines: Vec<String> = timings.iter().map(|milliseconds| format!("{milliseconds:.3}")).collect();
-            // Who measures sees that the file is not there.
-            drop(std::fs::write(file, lines.join("\n")));
-        }
     }
 }

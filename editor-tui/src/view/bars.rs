@@ -75,6 +75,18 @@ pub fn bottom(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
         Focus::Preview => {
             &[("hl", "scrub"), ("jk", "channel"), ("HJKL", "turn"), ("space", "play"), ("esc", "graph"), ("?", "keys")]
         }
+        Focus::Curves => &[
+            ("hl", "scrub"),
+            ("jk/", "channel"),
+            ("+-", "key"),
+            ("enter", "type"),
+            ("<>", "move"),
+            ("d", "del"),
+            ("a", "anchor"),
+            ("n", "worst"),
+            ("esc", "graph"),
+            ("?", "keys"),
+        ],
     };
     for (key, does) in hints {
         x = put(buffer, area, x, y, key, theme.accent());

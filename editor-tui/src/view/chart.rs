@@ -21,7 +21,8 @@ pub fn sparkline(values: &[f64], width: usize) -> String {
         .collect()
 }
 
-fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+/// The least and the greatest number.
+pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
     finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
 }
@@ -51,6 +52,28 @@ impl Dots {
             let cell = &mut self.cells[(y / 4 * i32::from(self.area.width) + x / 2) as usize];
             cell.0 |= BITS[(x % 2) as usize][(y % 4) as usize];
             cell.1 = colour;
+        }
+    }
+
+    /// Draws lines through points, broken where there is none.
+    pub fn line(&mut self, points: impl Iterator<Item = Option<(i32, i32)>>, colour: Color) {
+        let mut last: Option<(i32, i32)> = None;
+        for point in points {
+            if let Some((x, y)) = point {
+                let (from_x, from_y) = last.unwrap_or((x, y));
+                let steps = (x - from_x).abs().max((y - from_y).abs()).max(1);
+                for step in 0..=steps {
+                    self.set(from_x + (x - from_x) * step / steps, from_y + (y - from_y) * step / steps, colour);
+                }
+            }
+            last = point;
+        }
+    }
+
+    /// Draws a dotted upright line.
+    pub fn upright(&mut self, x: i32, colour: Color) {
+        for y in (0..self.size().1).step_by(2) {
+            self.set(x, y, colour);
         }
     }
 
@@ -114,30 +137,9 @@ pub fn curves(
             dots.set(column(frame), row(*value).clamp(0, height - 1), faint);
         }
     }
-    for y in 0..height {
-        if y % 2 == 0 {
-            dots.set(
-                column(preview.frame.clamp(start, start + shown - 1)),
-                y,
-                theme.accent().fg.unwrap_or(Color::Reset),
-            );
-        }
-    }
-    let strong = theme.of_type("Curves");
-    let mut last: Option<(i32, i32)> = None;
-    for (frame, &value) in chosen.iter().enumerate().take(start + shown).skip(start) {
-        if !value.is_finite() {
-            last = None;
-            continue;
-        }
-        let (x, y) = (column(frame), row(value));
-        let (from_x, from_y) = last.unwrap_or((x, y));
-        let steps = (x - from_x).abs().max((y - from_y).abs()).max(1);
-        for step in 0..=steps {
-            dots.set(from_x + (x - from_x) * step / steps, from_y + (y - from_y) * step / steps, strong);
-        }
-        last = Some((x, y));
-    }
+    dots.upright(column(preview.frame.clamp(start, start + shown - 1)), theme.accent().fg.unwrap_or(Color::Reset));
+    let point = |(frame, value): (usize, &f32)| value.is_finite().then(|| (column(frame), row(*value)));
+    dots.line(chosen.iter().enumerate().take(start + shown).skip(start).map(point), theme.of_type("Curves"));
     dots.draw(buffer);
     let here = chosen.get(preview.frame).copied().unwrap_or(f32::NAN);
     let text = format!("{chosen_name} {here:.3}  frame {}  [{low:.2}, {high:.2}]", first + preview.frame as i64);

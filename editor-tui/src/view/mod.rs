@@ -4,6 +4,8 @@ mod bars;
 mod body;
 mod canvas;
 mod chart;
+mod curves;
+mod errors;
 mod form;
 mod grid;
 mod help;
@@ -57,15 +59,21 @@ pub fn draw(state: &State, theme: Theme, frame: &mut Frame<'_>) {
     let areas = areas(state);
     let fits = |area: Rect| area.intersection(whole);
     bars::top(state, theme, fits(areas.top), buffer);
-    canvas::draw(state, theme, fits(areas.canvas), buffer);
-    minimap::draw(state, theme, fits(areas.canvas), buffer);
-    form::draw(state, theme, fits(areas.form), buffer);
-    if areas.preview.height > 0 {
-        preview::draw(state, theme, fits(areas.preview), buffer);
+    if let Some(work) = &state.work {
+        let middle = Rect { y: areas.form.y, height: areas.form.height, ..areas.top };
+        curves::draw(state, work, theme, fits(middle), buffer);
+    } else {
+        canvas::draw(state, theme, fits(areas.canvas), buffer);
+        minimap::draw(state, theme, fits(areas.canvas), buffer);
+        form::draw(state, theme, fits(areas.form), buffer);
+        if areas.preview.height > 0 {
+            preview::draw(state, theme, fits(areas.preview), buffer);
+        }
     }
     bars::bottom(state, theme, fits(areas.bottom), buffer);
     let cursor = overlay::draw(state, theme, whole, buffer);
-    if let Some(cursor) = cursor.or_else(|| form::cursor(state, fits(areas.form))) {
+    let in_form = || form::cursor(state, fits(areas.form)).filter(|_| state.work.is_none());
+    if let Some(cursor) = cursor.or_else(in_form) {
         frame.set_cursor_position(cursor);
     }
 }

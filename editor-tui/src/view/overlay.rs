@@ -2,7 +2,7 @@
 
 use super::theme::Theme;
 use super::{cut, help, put, wrap};
-use crate::action::{listed_kinds, listed_nodes, listed_wires};
+use crate::action::{listed_channels, listed_kinds, listed_nodes, listed_wires};
 use crate::model::line::Line;
 use crate::model::wiring::Fit;
 use crate::model::{Ask, Overlay, Question, State};
@@ -42,11 +42,19 @@ pub fn draw(state: &State, theme: Theme, whole: Rect, buffer: &mut Buffer) -> Op
             let rows: Vec<Row> = names.iter().map(row).collect();
             Some(list(theme, whole, "find a node", line, &rows, 0, "no node here is called so", buffer))
         }
+        Overlay::Prompt { ask: Ask::Channel, line, .. } => {
+            let names = listed_channels(state, &line.text);
+            let row =
+                |name: &&str| Row { name: (*name).to_owned(), text: String::new(), style: theme.text(), dim: false };
+            let rows: Vec<Row> = names.iter().map(row).collect();
+            Some(list(theme, whole, "find a channel", line, &rows, 0, "no channel is called so", buffer))
+        }
         Overlay::Prompt { ask, line, error } => {
             let title = match ask {
                 Ask::Rename(name) => format!("a new name for {name}"),
                 Ask::NewName(kind, _) => format!("a name for the new {kind}"),
-                Ask::Find => String::new(),
+                Ask::Key => "a weight, or +0.1 to add to the solve".to_owned(),
+                Ask::Find | Ask::Channel => String::new(),
             };
             let area = window(theme, whole, (50, 4), &title, buffer);
             let cursor = typed(theme, area, line, buffer);

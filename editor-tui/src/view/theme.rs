@@ -32,6 +32,7 @@ const SOFT: Paint = ((166, 173, 200), Color::Gray);
 const GOOD: Paint = ((166, 227, 161), Color::Green);
 const STALE: Paint = ((249, 226, 175), Color::Yellow);
 const BAD: Paint = ((243, 139, 168), Color::LightRed);
+const KEY: Paint = ((250, 179, 135), Color::LightYellow);
 const LIVE: Paint = ((116, 199, 236), Color::LightCyan);
 
 /// Types that are met often; others share the colours by the letters of their names.
@@ -132,6 +133,11 @@ impl Theme {
     /// What runs.
     pub fn live(self) -> Style {
         Style::new().fg(self.paint(LIVE))
+    }
+
+    /// A key that a person set.
+    pub fn key(self) -> Style {
+        Style::new().fg(self.paint(KEY))
     }
 
     /// A chosen line.

@@ -9,7 +9,7 @@
 //! - [`match_markers`]: weights from markers by a quadratic programme (Eq. 2 of FDLS), solved by [`BoundedQuadratic`].
 //! - [`measure_jitter`]: how noisy each marker is, told from the take itself.
 //! - [`layer`]: what an artist's keys change in every frame.
-//! - [`marker_error`], [`weight_error`]: how far solves are off.
+//! - [`marker_error`], [`weight_error`]: how far solves are off; [`worst_frames`]: where.
 
 mod align;
 mod anchor;
@@ -29,6 +29,7 @@ mod minimise;
 #[cfg(test)]
 mod minimise_tests;
 mod salience;
+mod worst;
 
 pub use align::{AlignError, AlignOptions, Aligned, align_anchors};
 pub use anchor::{FindAnchorError, FindAnchorOptions, FoundAnchor, find_anchor, spread_frames};
@@ -41,3 +42,4 @@ pub use matching::{LinearPuppet, MatchError, MatchOptions, match_markers};
 pub use measure::{MarkerError, MeasureError, WeightError, marker_error, weight_error};
 pub use minimise::{Metric, MinimiseError, MinimiseOptions, Minimum, Stop, minimise};
 pub use salience::{DEFAULT_BANDWIDTH_SHARE, Salience, SalienceError, SalienceOptions, select_salient};
+pub use worst::worst_frames;

@@ -5,6 +5,8 @@ use super::engine::Engine;
 use super::key::frame_of;
 use crate::document::Diagnostic;
 use crate::node::Node;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Why a node in memory could not be exchanged.
@@ -45,6 +47,12 @@ impl Engine {
             self.mark(id);
         }
         Ok(())
+    }
+
+    /// Has exactly these source files count as holding this text, whatever is on disk: they are being edited and not saved yet.
+    /// Where cells are there already, [`rescan`](Self::rescan) finds those that it changes.
+    pub fn hold(&mut self, texts: &BTreeMap<PathBuf, String>) {
+        self.shared.files.hold(texts);
     }
 
     /// Looks at the source files of all cells again; those whose content changed are dirty.

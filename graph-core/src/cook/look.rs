@@ -7,6 +7,7 @@ use super::options::CookError;
 use super::session::short;
 use super::slot::Slot;
 use super::why::told;
+use crate::node::Node;
 use crate::plan::Plan;
 use crate::store::OutputRecord;
 use std::collections::BTreeMap;
@@ -28,6 +29,10 @@ pub struct CellLook<'e> {
     pub kind: &'e str,
     /// Its node in the plan.
     pub node: usize,
+    /// The node itself, with the parameters that it has for its items.
+    pub made: &'e dyn Node,
+    /// The file that it reads.
+    pub reads: Option<&'e Path>,
     /// The items that it was cooked for, outermost first.
     pub items: &'e [String],
     /// The cells that it is wired to.
@@ -83,6 +88,17 @@ impl Engine {
         order.into_iter().map(|id| self.cell(id)).collect()
     }
 
+    /// The cell called `name`.
+    pub fn look(&self, name: &str) -> Option<CellLook<'_>> {
+        self.named(name).map(|id| self.cell(id))
+    }
+
+    fn named(&self, name: &str) -> Option<CellId> {
+        let path = name.split_once('@').map_or(name, |(path, _)| path);
+        let of_plan = &self.of_plan[*self.paths.get(path)?];
+        of_plan.iter().copied().find(|id| self.cells[*id].name == name)
+    }
+
     fn cell(&self, id: CellId) -> CellLook<'_> {
         let cell = &self.cells[id];
         let settings = cell.made.settings.iter().flat_map(|settings| &settings.parts);
@@ -98,6 +114,8 @@ impl Engine {
             name: &cell.name,
             kind: &self.plan.nodes[cell.plan].kind,
             node: cell.plan,
+            made: cell.node.as_ref(),
+            reads: cell.file.as_deref(),
             items: &cell.items,
             producers: &cell.producers,
             failed,
@@ -134,9 +152,7 @@ impl Engine {
     /// # Errors
     /// As [`value`](Self::value).
     pub fn values(&mut self, name: &str, port: &str) -> Result<BTreeMap<String, Arc<dyn Value>>, LookError> {
-        let path = name.split_once('@').map_or(name, |(path, _)| path);
-        let of_plan = self.paths.get(path).map_or(&[][..], |at| &self.of_plan[*at]);
-        let id = of_plan.iter().copied().find(|id| self.cells[*id].name == name);
+        let id = self.named(name);
         let nothing = || LookError::Nothing { cell: name.to_owned(), port: port.to_owned() };
         let id = id.ok_or_else(nothing)?;
         let set = self.cells[id].outputs().find(|(known, _)| *known == port).map(|(_, set)| set.clone());

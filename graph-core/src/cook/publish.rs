@@ -119,7 +119,7 @@ impl Engine {
             let cell = &self.cells[id];
             versions.insert(self.kind(id), cell.card.version);
             if let Some(file) = &cell.file {
-                let digest = self.shared.files.get(file).map(|known| known.digest.hex());
+                let digest = self.shared.files.last_digest(file).map(|digest| digest.hex());
                 sources.insert(file.display().to_string(), digest);
             }
             open.extend(&cell.producers);

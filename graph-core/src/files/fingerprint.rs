@@ -79,16 +79,35 @@ impl Fingerprint {
     }
 }
 
+/// Content that stands in the place of a file's, with its digest.
+type Held = (Arc<Vec<u8>>, Digest);
+
 /// Fingerprints of all files met so far, so that none is read twice without need.
 #[derive(Debug, Default)]
 pub struct Fingerprints {
     known: Mutex<BTreeMap<PathBuf, Fingerprint>>,
+    /// Files that are being edited and are not saved yet. Nothing of them is noted: a fingerprint is of what is on disk.
+    held: Mutex<BTreeMap<PathBuf, Held>>,
 }
 
 impl Fingerprints {
     /// Starts from fingerprints of an earlier cook.
     pub fn new(known: BTreeMap<PathBuf, Fingerprint>) -> Self {
-        Self { known: Mutex::new(known) }
+        Self { known: Mutex::new(known), held: Mutex::default() }
+    }
+
+    /// Has exactly these files count as holding this content, whatever is on disk.
+    pub fn hold(&self, contents: &BTreeMap<PathBuf, String>) {
+        let held = contents.iter().map(|(path, text)| {
+            let bytes = Arc::new(text.clone().into_bytes());
+            let digest = Digest::of(&bytes);
+            (path.clone(), (bytes, digest))
+        });
+        *self.held.lock().unwrap_or_else(PoisonError::into_inner) = held.collect();
+    }
+
+    fn held(&self, path: &Path) -> Option<Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).get(path).cloned()
     }
 
     /// The digest of the file's content; the file is read only where its signature does not prove it unchanged.
@@ -96,6 +115,9 @@ impl Fingerprints {
     /// # Errors
     /// Where the file cannot be read.
     pub fn digest(&self, path: &Path) -> io::Result<Digest> {
+        if let Some((_, digest)) = self.held(path) {
+            return Ok(digest);
+        }
         let now = Signature::of(path)?;
         let known = self.lock().get(path).copied();
         if let Some(known) = known.filter(|known| known.signature == now && known.trusted()) {
@@ -109,6 +131,9 @@ impl Fingerprints {
     /// # Errors
     /// Where the file cannot be read.
     pub fn read(&self, path: &Path) -> io::Result<(Arc<Vec<u8>>, Digest)> {
+        if let Some(held) = self.held(path) {
+            return Ok(held);
+        }
         let signature = Signature::of(path)?;
         let read_ns = since_1970_ns(SystemTime::now());
         let bytes = std::fs::read(path)?;
@@ -117,9 +142,17 @@ impl Fingerprints {
         Ok((Arc::new(bytes), digest))
     }
 
-    /// The fingerprint noted for `path`.
+    /// The fingerprint noted for `path`; none while other content stands in its place.
     pub fn get(&self, path: &Path) -> Option<Fingerprint> {
+        if self.held(path).is_some() {
+            return None;
+        }
         self.lock().get(path).copied()
+    }
+
+    /// The digest that the content at `path` had when it was last read.
+    pub fn last_digest(&self, path: &Path) -> Option<Digest> {
+        self.held(path).map(|(_, digest)| digest).or_else(|| Some(self.get(path)?.digest))
     }
 
     /// All fingerprints noted so far.
@@ -148,6 +181,22 @@ mod tests {
         }
         assert_ne!(digests[0], digests[1]);
         assert_ne!(digests[1], digests[2]);
+    }
+
+    #[test]
+    fn content_that_is_held_counts_and_is_not_noted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("edits.ron");
+        std::fs::write(&path, "on disk").unwrap();
+        let files = Fingerprints::default();
+        let on_disk = files.digest(&path).unwrap();
+        let noted = files.all();
+        files.hold(&BTreeMap::from([(path.clone(), "on screen".to_owned())]));
+        assert_eq!(files.digest(&path).unwrap(), Digest::of(b"on screen"));
+        assert_eq!(*files.read(&path).unwrap().0, b"on screen");
+        assert_eq!((files.get(&path), files.all()), (None, noted));
+        files.hold(&BTreeMap::new());
+        assert_eq!(files.digest(&path).unwrap(), on_disk);
     }
 
     #[test]
