@@ -7,15 +7,19 @@
 
 use editor_tui::action::{names, update};
 use editor_tui::model::catalogue::Catalogue;
+use editor_tui::model::curves::Desk;
 use editor_tui::model::keymap::Keymap;
 use editor_tui::model::texts::Texts;
 use editor_tui::model::{Effect, Message, State};
 use editor_tui::view::{Theme, draw};
+use face_math::data::Curves;
+use graph_core::cook::Summary;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use std::path::PathBuf;
 use std::sync::Arc;
+use wire::FrameAxis;
 
 /// A graph with a comment at every turn.
 pub const GRAPH: &str = r#"#![enable(implicit_some)]
@@ -86,6 +90,8 @@ pub fn press(state: &mut State, keys: &str) -> Vec<Effect> {
             "tab" => KeyCode::Tab,
             "space" => KeyCode::Char(' '),
             "down" => KeyCode::Down,
+            "home" => KeyCode::Home,
+            "end" => KeyCode::End,
             one => KeyCode::Char(one.chars().next().unwrap()),
         };
         effects.extend(key(state, code, modifiers));
@@ -112,4 +118,51 @@ pub fn screen(state: &State) -> String {
         row.trim_end().to_owned()
     });
     rows.collect::<Vec<_>>().join("\n")
+}
+
+/// A file of edits with one key of the take that [`worked`] works on.
+pub const EDITS: &str = r#"// By hand.
+(
+    takes: {
+        "take_00": (keys: {"smile": [(frame: 110, value: 0.5)]}), // the first
+    },
+)
+"#;
+
+/// An editor at work on two channels over frames 101 to 200, with errors of two regions.
+pub fn worked(size: (u16, u16)) -> State {
+    let mut state = over(&[("graph.ron", GRAPH), ("inner.ron", INNER)], size);
+    state.select("calm");
+    let effects = press(&mut state, "v");
+    let [Effect::Work(cell, port)] = effects.as_slice() else { panic!("{effects:?}") };
+    assert_eq!((cell.as_str(), port.as_str()), ("calm", "curves"));
+    let axis = FrameAxis { first: 101, count: 100, rate_hz: 60.0 };
+    let curves = |channels: &[&str], value: &dyn Fn(usize, usize) -> f32| {
+        let names: Vec<String> = channels.iter().map(|name| (*name).to_owned()).collect();
+        let all = (0..100).flat_map(|frame| (0..names.len()).map(move |channel| (frame, channel)));
+        Arc::new(Curves::new(axis, names.clone(), all.map(|(frame, channel)| value(frame, channel)).collect()).unwrap())
+    };
+    let solved = curves(&["jawOpen", "smile"], &|frame, channel| if channel == 0 { 0.25 } else { frame as f32 / 100.0 });
+    let errors = curves(&["rms_mm", "worst_mm", "lips_mm"], &|frame, channel| match (frame, channel) {
+        (80, 0) | (20, 2) => 2.0,
+        (40, _) => 1.0,
+        _ => 0.1,
+    });
+    let desk = Desk {
+        cell: "calm".to_owned(),
+        take: "take_00".to_owned(),
+        file: PathBuf::from("edits.ron"),
+        edited: Arc::clone(&solved),
+        solved,
+        errors: Some(errors),
+        anchored: true,
+    };
+    let revision = state.texts.revision;
+    let of = ("calm".to_owned(), "curves".to_owned());
+    let effects = update(&mut state, Message::Desk { of, revision, desk: Ok(Arc::new(desk)) });
+    assert_eq!(effects, [Effect::Read(PathBuf::from("edits.ron"))]);
+    update(&mut state, Message::OnDisk { file: PathBuf::from("edits.ron"), text: Ok(EDITS.to_owned()) });
+    let effects = update(&mut state, Message::CookEnded(Ok(Summary::default())));
+    assert!(effects.is_empty(), "what shows is up to date: {effects:?}");
+    state
 }
