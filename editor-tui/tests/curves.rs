@@ -134,8 +134,7 @@ fn edits_on_disk_are_merged_or_asked_about() {
     let mut state = worked((100, 30));
     press(&mut state, "j ] +");
     let theirs = EDITS.replace("// By hand.", "// By two hands.");
-    let effects =
-        update(&mut state, Message::OnDisk { file: PathBuf::from("edits.ron"), text: Ok(theirs) });
+    let effects = update(&mut state, Message::OnDisk { file: PathBuf::from("edits.ron"), text: Ok(theirs) });
     assert!(effects.contains(&Effect::Check) && edits(&state).contains("two hands") && edits(&state).contains("0.51"));
     let touching = EDITS.replace("0.5)", "0.9)");
     update(&mut state, Message::OnDisk { file: PathBuf::from("edits.ron"), text: Ok(touching.clone()) });
@@ -157,10 +156,23 @@ fn the_chart_shows_keys_errors_and_what_is_wrong() {
     let mut state = worked((80, 24));
     press(&mut state, "j ]");
     let shown = screen(&state);
-    for part in ["take_00  1 keys, 0 anchors in edits.ron", "›smile", "◆", "smile 0.090 (solved 0.090)  frame 110", "mm off by region, at most 2.00", "›all", " lips"]
-    {
+    for part in [
+        "take_00  1 keys, 0 anchors in edits.ron",
+        "›smile",
+        "◆",
+        "smile 0.090 (solved 0.090)  frame 110",
+        "mm off by region, at most 2.00",
+        "›all",
+        " lips",
+    ] {
         assert!(shown.contains(part), "{part} is not on\n{shown}");
     }
+    press(&mut state, "?");
+    let help = screen(&state);
+    assert!(
+        help.contains("type a key's value") && help.contains("anchor this frame") && !help.contains("rename"),
+        "{help}"
+    );
     for size in [(80, 24), (40, 12), (20, 6), (200, 60)] {
         for keys in ["", "z", "z z", "?", "enter", "/", "n", "e e"] {
             let mut state = worked(size);

@@ -205,7 +205,8 @@ pub fn anchors_text(anchors: &[AnchorPose]) -> String {
         if anchor.weights.is_empty() {
             return format!("(frame: {})", anchor.frame);
         }
-        let weights: Vec<String> = anchor.weights.iter().map(|(channel, weight)| format!("{channel:?}: {weight:?}")).collect();
+        let weights: Vec<String> =
+            anchor.weights.iter().map(|(channel, weight)| format!("{channel:?}: {weight:?}")).collect();
         format!("(frame: {}, weights: {{{}}})", anchor.frame, weights.join(", "))
     };
     let texts: Vec<String> = anchors.iter().map(text).collect();

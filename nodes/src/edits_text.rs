@@ -187,7 +187,8 @@ mod tests {
     use super::*;
     use face_math::data::KeyCurve;
 
-    const TEXT: &str = "// mine\n(takes: {\n    // the first\n    \"a\": (keys: {\"jawOpen\": [(frame: 3, value: 0.25)]}),\n})\n";
+    const TEXT: &str =
+        "// mine\n(takes: {\n    // the first\n    \"a\": (keys: {\"jawOpen\": [(frame: 3, value: 0.25)]}),\n})\n";
 
     fn key(frame: i64, value: f64) -> Key {
         Key { frame, to: KeyTarget::Value(value), falloff_frames: 8, curve: KeyCurve::Smooth }
@@ -215,9 +216,8 @@ mod tests {
         let edit = |text: &str, edit| edit_anchor(text, "a", &edit).map(|edited| edited.text);
         let one = edit(TEXT, AnchorEdit::Set(pose(50, 0.5))).unwrap();
         let two = edit(&one, AnchorEdit::Set(pose(7, 0.0))).unwrap();
-        let frames = |text: &str| {
-            read(text).unwrap().takes["a"].anchors.iter().map(|anchor| anchor.frame).collect::<Vec<_>>()
-        };
+        let frames =
+            |text: &str| read(text).unwrap().takes["a"].anchors.iter().map(|anchor| anchor.frame).collect::<Vec<_>>();
         assert_eq!((frames(&one), frames(&two)), (vec![50], vec![50, 7]));
         assert_eq!(edit(&two, AnchorEdit::Remove(7)).unwrap(), one);
         assert_eq!(read(&edit(&one, AnchorEdit::Remove(50)).unwrap()).unwrap(), read(TEXT).unwrap());

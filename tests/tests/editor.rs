@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
+use whole_system::Pane;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_grimace-under-test");
 const GRAPH: &str = r#"(
@@ -17,57 +17,8 @@ const GRAPH: &str = r#"(
 )
 "#;
 
-/// A terminal with the editor in it, on a server of its own.
-struct Pane {
-    server: String,
-}
-
-impl Pane {
-    /// `None` where there is no tmux.
-    #[allow(clippy::print_stderr, reason = "a test that is left out says so")]
-    fn open(name: &str, graph: &Path, size: (u16, u16)) -> Option<Self> {
-        let there = Command::new("tmux").arg("-V").output().is_ok_and(|output| output.status.success());
-        if !there {
-            assert!(std::env::var_os("CI").is_none(), "tmux is not installed");
-            eprintln!("SKIPPED: tmux is not installed, so the editor is not tried in a terminal");
-            return None;
-        }
-        let pane = Self { server: format!("grimace-{name}-{}", std::process::id()) };
-        let (columns, rows) = (size.0.to_string(), size.1.to_string());
-        let line = format!("exec '{PROGRAM}' edit '{}'", graph.display());
-        pane.tmux(&["-f", "/dev/null", "new-session", "-d", "-x", &columns, "-y", &rows, &line]);
-        Some(pane)
-    }
-
-    fn tmux(&self, arguments: &[&str]) -> String {
-        let output = Command::new("tmux").args(["-L", &self.server]).args(arguments).output().unwrap();
-        String::from_utf8_lossy(&output.stdout).into_owned()
-    }
-
-    fn press(&self, keys: &[&str]) {
-        for key in keys {
-            self.tmux(&["send-keys", key]);
-        }
-    }
-
-    /// Waits until `text` is on the screen.
-    fn wait_for(&self, text: &str) -> String {
-        let begun = Instant::now();
-        loop {
-            let shown = self.tmux(&["capture-pane", "-p"]);
-            if shown.contains(text) {
-                return shown;
-            }
-            assert!(begun.elapsed() < Duration::from_mins(1), "`{text}` does not come:\n{shown}");
-            std::thread::sleep(Duration::from_millis(50));
-        }
-    }
-}
-
-impl Drop for Pane {
-    fn drop(&mut self) {
-        self.tmux(&["kill-server"]);
-    }
+fn open(name: &str, graph: &Path, size: (u16, u16)) -> Option<Pane> {
+    Pane::open(PROGRAM, name, graph, &[], size)
 }
 
 fn project() -> (tempfile::TempDir, PathBuf) {
@@ -80,7 +31,7 @@ fn project() -> (tempfile::TempDir, PathBuf) {
 #[test]
 fn a_value_is_edited_cooked_and_saved() {
     let (_folder, graph) = project();
-    let Some(pane) = Pane::open("edit", &graph, (100, 30)) else { return };
+    let Some(pane) = open("edit", &graph, (100, 30)) else { return };
     pane.wait_for("stale");
     pane.press(&["r"]);
     pane.wait_for("2 cooked");
@@ -103,7 +54,7 @@ fn a_value_is_edited_cooked_and_saved() {
 #[test]
 fn a_killed_editor_loses_no_edit() {
     let (_folder, graph) = project();
-    let Some(pane) = Pane::open("kill", &graph, (80, 24)) else { return };
+    let Some(pane) = open("kill", &graph, (80, 24)) else { return };
     pane.wait_for("actor");
     pane.press(&["/", "r", "i", "g", "Enter", "n", "C-u"]);
     pane.press(&["j", "a", "w", "Enter"]);
@@ -112,7 +63,7 @@ fn a_killed_editor_loses_no_edit() {
     Command::new("kill").args(["-9", process.trim()]).status().unwrap();
     drop(pane);
     assert_eq!(fs::read_to_string(&graph).unwrap(), GRAPH);
-    let Some(pane) = Pane::open("again", &graph, (80, 24)) else { return };
+    let Some(pane) = open("again", &graph, (80, 24)) else { return };
     pane.wait_for("bring them back");
     pane.press(&["r"]);
     pane.wait_for("unsaved");
@@ -124,7 +75,7 @@ fn a_killed_editor_loses_no_edit() {
 #[test]
 fn a_file_that_changes_on_disk_is_merged() {
     let (_folder, graph) = project();
-    let Some(pane) = Pane::open("merge", &graph, (100, 30)) else { return };
+    let Some(pane) = open("merge", &graph, (100, 30)) else { return };
     pane.wait_for("actor");
     pane.press(&["/", "r", "i", "g", "Enter", "n", "C-u", "j", "a", "w", "Enter"]);
     pane.wait_for("unsaved");
@@ -134,4 +85,48 @@ fn a_file_that_changes_on_disk_is_merged() {
     pane.wait_for(" saved /");
     let saved = fs::read_to_string(&graph).unwrap();
     assert!(saved.contains("another hand") && saved.contains("\"jaw\":"), "{saved}");
+}
+
+#[test]
+fn a_take_is_solved_from_the_first_key_on_without_leaving_the_editor() {
+    let (folder, graph) = project();
+    let Some(pane) = open("solve", &graph, (110, 36)) else { return };
+    pane.wait_for("2 nodes");
+    // Each node is added at an output, which it is wired to; what it needs beside that is wired by name.
+    let add = |ports: usize, kind: &str| {
+        pane.press(&vec!["."; ports]);
+        pane.press(&["a"]);
+        pane.type_text(kind);
+        pane.press(&["Enter", "Enter"]);
+        pane.wait_for(&format!("added {kind}"));
+    };
+    let wire = |source: &str| {
+        pane.press(&["w"]);
+        pane.type_text(source);
+        pane.press(&["Enter"]);
+        pane.wait_for("wire ");
+    };
+    pane.press(&["/", "r", "i", "g", "Enter"]);
+    add(2, "attach_markers");
+    wire("actor.neutral");
+    add(3, "match_markers");
+    wire("actor.takes");
+    wire("rig.rig");
+    add(4, "save_curves");
+    pane.press(&["e", "Enter"]);
+    pane.wait_for("enter take");
+    pane.press(&["C-u"]);
+    pane.type_text("\"out/{take}.csv\"");
+    pane.press(&["Enter", "Escape"]);
+    pane.wait_until("5 nodes without a mistake", |shown| shown.contains("5 nodes"));
+    pane.press(&["r"]);
+    pane.wait_for("5 cooked");
+    pane.press(&["s"]);
+    pane.wait_for(" saved /");
+    pane.press(&["q"]);
+    let solved = fs::read_to_string(folder.path().join("out/take_00.csv")).unwrap();
+    let rows = solved.lines().filter(|line| line.starts_with(|letter: char| letter.is_ascii_digit())).count();
+    assert_eq!(rows, 60, "a row a frame: {solved}");
+    assert!(solved.contains("jawOpen"), "{solved}");
+    assert!(fs::read_to_string(&graph).unwrap().contains("// its jaw"));
 }

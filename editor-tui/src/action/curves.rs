@@ -159,14 +159,15 @@ pub fn next_region(state: &mut State) -> Vec<Effect> {
 /// The same take's curves for the next item of the list.
 pub fn next_take(state: &mut State) -> Vec<Effect> {
     let Some(work) = &state.work else { return Vec::new() };
-    let Some((path, item)) = work.of.0.split_once('@') else {
+    let Some(desk) = &work.desk else { return Vec::new() };
+    let Some((path, item)) = desk.cell.split_once('@') else {
         state.complain("these curves are cooked once, not for items");
         return Vec::new();
     };
     let items: Vec<&String> = state.statuses.tally(path).map(|tally| tally.items.keys().collect()).unwrap_or_default();
     let at = items.iter().position(|known| *known == item).map_or(0, |at| at + 1);
     let Some(next) = items.get(at % items.len().max(1)).map(|item| (*item).clone()) else { return Vec::new() };
-    let mut then = CurveWork::new((format!("{path}@{next}"), work.of.1.clone()));
+    let mut then = CurveWork::new((format!("{path}@{next}"), "curves".to_owned()));
     (then.channel, then.region, then.span) = (work.channel, work.region, work.span);
     state.item = Some(next);
     state.work = Some(then);

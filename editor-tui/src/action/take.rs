@@ -109,12 +109,7 @@ fn cook(state: &mut State, event: &Event) {
     state.statuses.take(event);
 }
 
-fn desk_made(
-    state: &mut State,
-    of: &(String, String),
-    revision: u64,
-    desk: Result<Arc<Desk>, String>,
-) -> Vec<Effect> {
+fn desk_made(state: &mut State, of: &(String, String), revision: u64, desk: Result<Arc<Desk>, String>) -> Vec<Effect> {
     if let Some(work) = state.work.as_mut().filter(|work| work.of == *of) {
         work.shown(desk, revision);
     }

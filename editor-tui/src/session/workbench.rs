@@ -53,10 +53,8 @@ impl Kitchen {
 
     fn bring_up(&mut self, ask: &Ask) -> Result<Summary, String> {
         let lease = self.store.lease(&session_name(&self.store, &self.root)).map_err(|problem| problem.to_string())?;
-        let stands = self
-            .bench
-            .as_ref()
-            .is_some_and(|bench| bench.of == ask.of && bench.graphs_revision == ask.graphs_revision);
+        let stands =
+            self.bench.as_ref().is_some_and(|bench| bench.of == ask.of && bench.graphs_revision == ask.graphs_revision);
         if !stands {
             // One engine holds values at a time.
             (self.bench, self.standing) = (None, None);
@@ -82,9 +80,16 @@ impl Kitchen {
 impl Bench {
     /// What the nodes gave.
     fn desk(&mut self) -> Result<Desk, String> {
-        let item = self.of.0.split_once('@').map_or(String::new(), |(_, item)| format!("@{item}"));
+        // Where the items were not known yet, the first is worked on.
+        let names = self.engine.names(&self.found.edit);
+        let asked = self.of.0.split_once('@').map(|(_, item)| format!("{}@{item}", self.found.edit));
+        let edit = asked
+            .filter(|asked| names.contains(&asked.as_str()))
+            .or_else(|| names.first().map(|&name| name.to_owned()));
+        let edit = edit.ok_or_else(|| format!("`{}` was not cooked", self.found.edit))?;
+        let item = edit.split_once('@').map_or(String::new(), |(_, item)| format!("@{item}"));
         let named = |path: &str| format!("{path}{item}");
-        let (edit, pick) = (named(&self.found.edit), named(&self.found.pick));
+        let pick = named(&self.found.pick);
         let take = self.engine.look(&pick).and_then(|cell| {
             let parameters = canonical_parameters(cell.made, &[]);
             serde_json::from_str(parameters.get("take")?).ok()
@@ -119,7 +124,8 @@ fn find(plan: &Plan, of: &(String, String)) -> Result<Found, String> {
     let path = of.0.split_once('@').map_or(of.0.as_str(), |(path, _)| path);
     let start = plan.nodes.iter().position(|node| node.path == path);
     let start = start.ok_or_else(|| format!("there is no node `{path}` in the graph"))?;
-    let is_curves = plan.nodes[start].card.outputs.iter().any(|port| port.name == of.1 && port.kind.name == Curves::NAME);
+    let is_curves =
+        plan.nodes[start].card.outputs.iter().any(|port| port.name == of.1 && port.kind.name == Curves::NAME);
     if !is_curves {
         return Err(format!("`{path}.{}` gives no curves", of.1));
     }
@@ -140,7 +146,8 @@ fn find(plan: &Plan, of: &(String, String)) -> Result<Found, String> {
     let edits = |at: &usize| Some((*at, edits_of(plan, *at)?));
     let last = after.iter().rev().find_map(edits).or_else(|| before.iter().rev().find_map(edits));
     let (edit, (pick, load)) = last.ok_or_else(|| {
-        "no `edit_curves` of the graph lays keys over these curves that `load_edits` loads and `pick_edits` picks".to_owned()
+        "no `edit_curves` of the graph lays keys over these curves that `load_edits` loads and `pick_edits` picks"
+            .to_owned()
     })?;
     let measures = |node: &&PlanNode| {
         node.kind == "marker_error" && source(node, "curves") == Some(edit) && node.scope == plan.nodes[edit].scope

@@ -48,8 +48,16 @@ pub fn draw(state: &State, work: &CurveWork, theme: Theme, area: Rect, buffer: &
     let (x, y, width) = (i32::from(area.x), i32::from(area.y), usize::from(area.width));
     put(buffer, area, x, y, &"─".repeat(width), theme.accent());
     let Some(desk) = &work.desk else {
-        put(buffer, area, x + 2, y, &cut(&format!(" {}.{} ", work.of.0, work.of.1), width.saturating_sub(4)), theme.text());
-        let waits = if state.cooking.is_some() { "the curves are being cooked … (x cancels)" } else { "there are no curves" };
+        put(
+            buffer,
+            area,
+            x + 2,
+            y,
+            &cut(&format!(" {}.{} ", work.of.0, work.of.1), width.saturating_sub(4)),
+            theme.text(),
+        );
+        let waits =
+            if state.cooking.is_some() { "the curves are being cooked … (x cancels)" } else { "there are no curves" };
         let text = work.problem.as_deref().unwrap_or(waits);
         let style = if work.problem.is_some() { theme.bad() } else { theme.faint() };
         for (line, text) in super::wrap(text, width.saturating_sub(4)).iter().enumerate() {

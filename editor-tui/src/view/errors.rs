@@ -17,22 +17,18 @@ pub fn rows(desk: &Desk, height: u16) -> u16 {
 }
 
 /// Draws them, beginning with a line that says what they are; the bars begin after `names` columns.
-pub fn draw(
-    work: &CurveWork,
-    desk: &Desk,
-    theme: Theme,
-    window: Window,
-    area: Rect,
-    names: u16,
-    buffer: &mut Buffer,
-) {
+pub fn draw(work: &CurveWork, desk: &Desk, theme: Theme, window: Window, area: Rect, names: u16, buffer: &mut Buffer) {
     let (Some(errors), true) = (&desk.errors, area.height > 1) else { return };
     let rows = regions(desk);
     let (x, y) = (i32::from(area.x), i32::from(area.y));
     let columns: Vec<Option<usize>> = rows.iter().map(|name| errors.index(name)).collect();
-    let all = (0..errors.frames()).flat_map(|frame| columns.iter().flatten().map(move |column| errors.frame(frame)[*column]));
+    let all =
+        (0..errors.frames()).flat_map(|frame| columns.iter().flatten().map(move |column| errors.frame(frame)[*column]));
     let most = all.filter(|error| error.is_finite()).fold(f32::MIN_POSITIVE, f32::max);
-    let title = format!("mm off by region, at most {most:.2}; n goes to the worst of `{}`", work.region_name().map_or("", region_title));
+    let title = format!(
+        "mm off by region, at most {most:.2}; n goes to the worst of `{}`",
+        work.region_name().map_or("", region_title)
+    );
     put(buffer, area, x, y, &cut(&title, usize::from(area.width)), theme.faint());
     let room = usize::from(area.height) - 1;
     let top = (work.region + 1).saturating_sub(room);

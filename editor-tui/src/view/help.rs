@@ -11,8 +11,11 @@ use ratatui::style::Modifier;
 /// Draws the keys into `area`, from line `top` on.
 pub fn draw(state: &State, theme: Theme, area: Rect, top: usize, buffer: &mut Buffer) {
     let mut lines: Vec<(String, &str)> = Vec::new();
+    // Keys of curve work show there, and all others elsewhere.
+    let here = |place: &str| place == "anywhere" || (place == "curves") == state.work.is_some();
     for action in ACTIONS {
-        let mut keys: Vec<&str> = state.keymap.keys_of(action.name).into_iter().map(|(_, key)| key).collect();
+        let keys = state.keymap.keys_of(action.name).into_iter().filter(|(place, _)| here(place));
+        let mut keys: Vec<&str> = keys.map(|(_, key)| key).collect();
         keys.dedup();
         keys.sort_by_key(|key| key.len());
         keys.dedup();

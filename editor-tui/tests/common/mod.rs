@@ -142,7 +142,8 @@ pub fn worked(size: (u16, u16)) -> State {
         let all = (0..100).flat_map(|frame| (0..names.len()).map(move |channel| (frame, channel)));
         Arc::new(Curves::new(axis, names.clone(), all.map(|(frame, channel)| value(frame, channel)).collect()).unwrap())
     };
-    let solved = curves(&["jawOpen", "smile"], &|frame, channel| if channel == 0 { 0.25 } else { frame as f32 / 100.0 });
+    let solved =
+        curves(&["jawOpen", "smile"], &|frame, channel| if channel == 0 { 0.25 } else { frame as f32 / 100.0 });
     let errors = curves(&["rms_mm", "worst_mm", "lips_mm"], &|frame, channel| match (frame, channel) {
         (80, 0) | (20, 2) => 2.0,
         (40, _) => 1.0,

@@ -93,6 +93,14 @@ impl Engine {
         self.named(name).map(|id| self.cell(id))
     }
 
+    /// The names of the cells of the node at `path`, in their order.
+    pub fn names(&self, path: &str) -> Vec<&str> {
+        let of_plan = self.paths.get(path).map_or(&[][..], |at| &self.of_plan[*at]);
+        let mut names: Vec<&str> = of_plan.iter().map(|id| self.cells[*id].name.as_str()).collect();
+        names.sort_unstable();
+        names
+    }
+
     fn named(&self, name: &str) -> Option<CellId> {
         let path = name.split_once('@').map_or(name, |(path, _)| path);
         let of_plan = &self.of_plan[*self.paths.get(path)?];
