@@ -181,7 +181,7 @@ pub fn region_title(channel: &str) -> &str {
     if channel == ALL { "all" } else { channel.trim_end_matches("_mm") }
 }
 
-/// A key in a few words: `0.4 ±8`.
+/// A key in a few words: `0.400 ±8 frames`.
 pub fn key_text(key: &Key) -> String {
     let shape = match key.curve {
         face_math::data::KeyCurve::Smooth => "",
@@ -192,7 +192,7 @@ pub fn key_text(key: &Key) -> String {
         KeyTarget::Value(value) => format!("{value:.3}"),
         KeyTarget::Offset(offset) => format!("{offset:+.3} to the solve"),
     };
-    format!("{target}, {} frames each way{shape}", key.falloff_frames)
+    format!("{target} ±{} frames{shape}", key.falloff_frames)
 }
 
 impl State {

@@ -72,7 +72,7 @@ pub enum KeymapError {
     Action(String),
 }
 
-/// The keys of each place: `canvas`, `form`, `preview`.
+/// The keys of each place: `canvas`, `form`, `preview`, `curves`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Keymap {
     places: BTreeMap<String, Vec<(Key, String, String)>>,

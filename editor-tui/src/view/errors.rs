@@ -44,8 +44,9 @@ pub fn draw(work: &CurveWork, desk: &Desk, theme: Theme, window: Window, area: R
         let style = if at == work.region { theme.accent() } else { theme.soft() };
         put(buffer, area, x, y, if at == work.region { "›" } else { " " }, style);
         let here = errors.frame(work.frame)[column];
+        let number = if here < 10.0 { format!("{here:.2}") } else { format!("{here:.1}") };
         put(buffer, area, x + 1, y, &cut(region_title(name), usize::from(names) - 7), style);
-        put(buffer, area, x + i32::from(names) - 5, y, &format!("{here:.2}"), theme.text());
+        put(buffer, area, x + i32::from(names) - 5, y, &number, theme.text());
         let mut last = f32::NAN;
         for (place, frames) in cells.iter().enumerate() {
             // Where frames are farther apart than cells, what is between looks as the one before.
