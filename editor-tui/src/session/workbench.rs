@@ -182,3 +182,36 @@ fn edits_of(plan: &Plan, at: usize) -> Option<(usize, usize)> {
     let load = of_kind(source(&plan.nodes[pick], "edits")?, "load_edits")?;
     Some((pick, load))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use graph_core::plan::load;
+
+    #[test]
+    fn the_last_keys_over_curves_are_found_from_wherever_the_curves_are() {
+        let graph = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/fdls/graph.ron");
+        let plan = load(&graph, &[]).unwrap();
+        let from = |cell: &str, port: &str| find(&plan, &(cell.to_owned(), port.to_owned()));
+        let last = Found {
+            edit: "solve/solve/edited".to_owned(),
+            pick: "solve/own_edits".to_owned(),
+            load: "edits".to_owned(),
+            error: Some("solve/error".to_owned()),
+            anchored: true,
+        };
+        for (cell, port) in [
+            ("solve/solve/edited@take_00", "curves"),
+            ("solve/solve/fine", "curves"),
+            ("solve/solve/raw@take_00", "curves"),
+            ("solve/solve/jaw_edit", "curves"),
+            ("solve/solve/jaw", "jaw"),
+            ("solve/error@take_00", "error"),
+        ] {
+            assert_eq!(from(cell, port), Ok(last.clone()), "{cell}.{port}");
+        }
+        assert!(from("actor", "truth").unwrap_err().contains("no `edit_curves`"));
+        assert!(from("rig", "rig").unwrap_err().contains("gives no curves"));
+        assert!(from("nobody", "curves").unwrap_err().contains("no node `nobody`"));
+    }
+}
