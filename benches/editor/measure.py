@@ -67,12 +67,12 @@ def told(name, taken):
 
 def graph_of(count, frames):
     """Curves of a sample take, smoothed again and again: layers of 100 nodes, each on one of the layer before."""
-    lines = [f'"actor": (kind: "sample_actor", with: (takes: 1, frames: {frames}, density: 0.2, rom_frames: 600)),']
+    lines = [f'"actor": (kind: "sample_actor", with: (takes: 1, frames: {frames}, density: 0.5, rom_frames: 600)),']
     for at in range(count - 1):
         layer, place = divmod(at, 100)
         source = "actor.truth" if layer == 0 else f"n{layer - 1:03}_{(place * 7 + layer) % 100:02}"
         lines.append(f'"n{layer:03}_{place:02}": (kind: "smooth_curves", in: {{"curves": "{source}"}}, '
-                     f'with: (cutoff_hz: {2 + at % 17}.5)),')
+                     f'with: (filter: gaussian(sigma_frames: {2 + at % 17}.5))),')
     body = "\n        ".join(lines)
     return f"(\n    grimace: 1,\n    nodes: {{\n        {body}\n    }},\n)\n"
 
@@ -113,13 +113,15 @@ def measure_keys(grimace, folder):
     pane = Pane([grimace, "edit", graph, "--store", folder / "thousand", "--timings", timings])
     pane.wait(lambda shown: "1000 nodes" in shown)
     pane.press("r", pause=1.0)
-    pressed = ["l", "j", "j", "l", "k", "l", ".", ",", "h", "L", "J", "H", "K", "c", "z", "z", "tab", "tab", "/", "n", "5", "Enter"]
+    pane.wait(lambda shown: "cooking" in shown)
+    pressed = ["l", "j", "j", "l", "k", "l", ".", ",", "h", "L", "J", "H", "K", "c", "z", "z", "tab", "tab", "/", "n", "5", "Enter", "p", "p"]
     pressed = ["Tab" if key == "tab" else key for key in pressed]
     for _ in range(15):
         pane.press(*pressed, pause=0.01)
     cooks = "cooking" in pane.screen()
+    pane.press("Escape", pause=0.5)
     pane.press("x")
-    pane.wait(lambda shown: "cancelled" in shown or "cooked" in shown)
+    pane.wait(lambda shown: "cooking" not in shown and "ending" not in shown)
     pane.leave()
     told(f"a key at 1,000 nodes, {'while all cook' if cooks else 'THE COOK ENDED TOO SOON'}", times(timings, "key"))
 

@@ -33,6 +33,7 @@ pub struct Bench {
     found: Found,
     of: (String, String),
     graphs_revision: u64,
+    prepared: bool,
 }
 
 impl Kitchen {
@@ -46,6 +47,7 @@ impl Kitchen {
         };
         self.say(Message::Desk { of: ask.of.clone(), revision: ask.revision, desk: desk.map(Arc::new) });
         if let Some(bench) = self.bench.as_mut().filter(|_| done.is_ok()) {
+            bench.prepare();
             bench.engine.remember().map_err(|problem| problem.to_string())?;
         }
         done
@@ -63,7 +65,7 @@ impl Kitchen {
             let only = [Some(&found.edit), found.error.as_ref()].into_iter().flatten().cloned().collect();
             let engine = self.engine(plan, only).map_err(|problem| problem.to_string())?;
             let (of, graphs_revision) = (ask.of.clone(), ask.graphs_revision);
-            self.bench = Some(Bench { engine, found, of, graphs_revision });
+            self.bench = Some(Bench { engine, found, of, graphs_revision, prepared: false });
         }
         let Some(bench) = &mut self.bench else { return Ok(Summary::default()) };
         bench.engine.hold(&ask.texts);
@@ -78,15 +80,17 @@ impl Kitchen {
 }
 
 impl Bench {
-    /// What the nodes gave.
-    fn desk(&mut self) -> Result<Desk, String> {
-        // Where the items were not known yet, the first is worked on.
+    /// The cell that lays the keys: that of the item that was asked for, or the first where none was known yet.
+    fn cell(&self) -> Option<String> {
         let names = self.engine.names(&self.found.edit);
         let asked = self.of.0.split_once('@').map(|(_, item)| format!("{}@{item}", self.found.edit));
-        let edit = asked
-            .filter(|asked| names.contains(&asked.as_str()))
-            .or_else(|| names.first().map(|&name| name.to_owned()));
-        let edit = edit.ok_or_else(|| format!("`{}` was not cooked", self.found.edit))?;
+        let asked = asked.filter(|asked| names.contains(&asked.as_str()));
+        asked.or_else(|| names.first().map(|name| (*name).to_owned()))
+    }
+
+    /// What the nodes gave.
+    fn desk(&mut self) -> Result<Desk, String> {
+        let edit = self.cell().ok_or_else(|| format!("`{}` was not cooked", self.found.edit))?;
         let item = edit.split_once('@').map_or(String::new(), |(_, item)| format!("@{item}"));
         let named = |path: &str| format!("{path}{item}");
         let pick = named(&self.found.pick);
@@ -110,6 +114,29 @@ impl Bench {
             None => None,
         };
         Ok(Desk { cell: edit, take, file, edited, solved, errors, anchored: self.found.anchored })
+    }
+
+    /// Has at hand what the nodes need that a key reaches, so that the first key waits no longer than the next.
+    fn prepare(&mut self) {
+        if std::mem::replace(&mut self.prepared, true) {
+            return;
+        }
+        let plan = self.engine.plan();
+        let mut reached = BTreeSet::new();
+        for (at, node) in plan.nodes.iter().enumerate() {
+            let keyed = edits_of(plan, at).is_some_and(|(pick, _)| plan.nodes[pick].path == self.found.pick);
+            if keyed || node.inputs.iter().flat_map(|input| &input.sources).any(|source| reached.contains(&source.node))
+            {
+                reached.insert(at);
+            }
+        }
+        let item = self.cell().and_then(|cell| Some(format!("@{}", cell.split_once('@')?.1))).unwrap_or_default();
+        let names = reached.into_iter().map(|at| format!("{}{item}", plan.nodes[at].path));
+        let cells: Vec<usize> = names.filter_map(|name| self.engine.look(&name).map(|cell| cell.id)).collect();
+        for cell in cells {
+            // What cannot be had now is told when it is needed.
+            drop(self.engine.prepare(cell));
+        }
     }
 
     fn curves(&mut self, cell: &str, port: &str) -> Result<Arc<Curves>, String> {

@@ -195,18 +195,49 @@ impl Engine {
         Ok(found)
     }
 
+    /// Has at hand what the cell `id` takes, so that computing it anew waits for nothing else: in memory what it takes as a
+    /// whole, and computed again what is kept nowhere.
+    ///
+    /// # Errors
+    /// As [`value`](Self::value).
+    pub fn prepare(&mut self, id: usize) -> Result<(), LookError> {
+        let links = self.cells.get(id).map(|cell| cell.links.clone()).unwrap_or_default();
+        for (link, wire) in links.iter().flat_map(|link| link.wires.iter().map(move |wire| (link, wire))) {
+            let producer = &self.cells[wire.cell];
+            let port = producer.card.outputs[wire.output].name;
+            let set = producer.slots().and_then(|slots| slots.get(wire.output));
+            let slots: Vec<Arc<Slot>> = set.iter().flat_map(|set| set.slots()).map(Arc::clone).collect();
+            for slot in slots {
+                if link.framed() {
+                    self.make_again(wire.cell, &slot)?;
+                    // The first block opens what the store holds of all of them.
+                    drop(slot.frames(&self.shared.store, &(0..1)));
+                } else {
+                    self.whole(wire.cell, port, &slot)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes again what of a slot is neither in memory nor in the store.
+    fn make_again(&mut self, id: CellId, slot: &Arc<Slot>) -> Result<(), LookError> {
+        let missing = slot.absent(&self.shared.store, slot.blocks_of(None));
+        if !missing.is_empty() && !self.options.dry && !self.tasks.contains_key(&id) {
+            self.remake(id, missing.into_iter().collect());
+            self.run();
+            if let Some(problem) = self.broken.take() {
+                return Err(problem.into());
+            }
+        }
+        Ok(())
+    }
+
     fn whole(&mut self, id: CellId, port: &str, slot: &Arc<Slot>) -> Result<Arc<dyn Value>, LookError> {
         let mut slot = Arc::clone(slot);
         // Once from where it is, once more where it was found damaged and was computed again.
         for _ in 0..2 {
-            let missing = slot.absent(&self.shared.store, slot.blocks_of(None));
-            if !missing.is_empty() && !self.options.dry && !self.tasks.contains_key(&id) {
-                self.remake(id, missing.into_iter().collect());
-                self.run();
-                if let Some(problem) = self.broken.take() {
-                    return Err(problem.into());
-                }
-            }
+            self.make_again(id, &slot)?;
             if let Ok(value) = slot.whole(&self.shared.store) {
                 return Ok(value);
             }
