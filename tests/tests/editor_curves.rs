@@ -82,7 +82,7 @@ fn keys_are_set_moved_deleted_and_taken_back_and_the_curves_follow() {
     assert!(written.starts_with(before.lines().next().unwrap()), "what stood there stays: {written}");
     // The files follow with the next cook of the graph.
     pane.press(&["Escape"]);
-    pane.wait_for("save_curves");
+    pane.wait_for("graph solve_take.ron");
     pane.press(&["r"]);
     pane.wait_until("the cook's end", |shown| shown.contains(" cooked, ") && shown.contains("up to date in"));
     assert!((jaw(&project, 42) - 0.89).abs() < 1e-6, "{}", jaw(&project, 42));
