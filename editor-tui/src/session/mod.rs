@@ -161,7 +161,7 @@ impl Session {
             checker: Checker::begin(asked, &root, &store, sender),
             journal: Journal::of(&asked.store, &root),
             seen: files::Seen::default(),
-            timings: Timings::into(asked.timings.clone()),
+            timings: Timings::for_file(asked.timings.clone()),
             leaving: false,
             state,
         };

@@ -15,7 +15,7 @@ pub struct Timings {
 
 impl Timings {
     /// Times that end in `file`, or none.
-    pub fn into(file: Option<PathBuf>) -> Self {
+    pub fn for_file(file: Option<PathBuf>) -> Self {
         Self { file, ..Self::default() }
     }
 
