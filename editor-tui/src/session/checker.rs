@@ -32,7 +32,7 @@ impl Checker {
                     next = newer;
                 }
                 let (revision, texts) = next;
-                let checked = catch_unwind(AssertUnwindSafe(|| check(&asked, &root, &store, texts)));
+                let checked = catch_unwind(AssertUnwindSafe(|| check(&asked, &root, &store, &texts)));
                 let (mistakes, events) = checked.unwrap_or_else(|_| {
                     (vec![Diagnostic::new("check", "the check itself failed; please report this graph")], Vec::new())
                 });
@@ -52,7 +52,7 @@ impl Checker {
 }
 
 /// The mistakes in the texts, or what a cook would do with each cell.
-fn check(asked: &Asked, root: &Path, store: &Arc<Store>, texts: Texts) -> (Vec<Diagnostic>, Vec<Event>) {
+fn check(asked: &Asked, root: &Path, store: &Arc<Store>, texts: &Texts) -> (Vec<Diagnostic>, Vec<Event>) {
     let plan = match load_texts(root, &asked.overrides, texts.clone()) {
         Ok(plan) => plan,
         Err(mistakes) => return (mistakes.0, Vec::new()),
@@ -64,7 +64,7 @@ fn check(asked: &Asked, root: &Path, store: &Arc<Store>, texts: Texts) -> (Vec<D
     let cancel = Arc::new(AtomicBool::new(false));
     let engine = Engine::new(plan, &asked.overrides, Arc::clone(store), options, cancel, Some(tell));
     let planned = engine.and_then(|mut engine| {
-        engine.hold(&texts);
+        engine.hold(texts);
         engine.cook().map(drop)
     });
     let mistakes = planned.err().map(|problem| Diagnostic::new("plan", problem.to_string()));

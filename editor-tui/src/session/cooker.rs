@@ -113,7 +113,7 @@ impl Kitchen {
                 Job::Cook(texts, only) => {
                     self.bench = None;
                     self.say(Message::CookBegan);
-                    let cooked = catch_unwind(AssertUnwindSafe(|| self.cook(texts, only)));
+                    let cooked = catch_unwind(AssertUnwindSafe(|| self.cook(&texts, only)));
                     Message::CookEnded(cooked.unwrap_or_else(|_| {
                         // An engine that panicked is not to be trusted.
                         self.standing = None;
@@ -130,7 +130,7 @@ impl Kitchen {
                 }
                 Job::Peek(texts, cell, port) => {
                     self.bench = None;
-                    let value = catch_unwind(AssertUnwindSafe(|| self.peek(texts, &cell, &port)));
+                    let value = catch_unwind(AssertUnwindSafe(|| self.peek(&texts, &cell, &port)));
                     let value = value.unwrap_or_else(|_| Err("this value cannot be shown".to_owned()));
                     Message::Peeked { of: (cell, port), value }
                 }
@@ -145,15 +145,15 @@ impl Kitchen {
         self.tell.send((Instant::now(), message)).is_ok()
     }
 
-    fn cook(&mut self, texts: Texts, only: Vec<String>) -> Result<Summary, String> {
-        let plan = self.plan(&texts)?;
+    fn cook(&mut self, texts: &Texts, only: Vec<String>) -> Result<Summary, String> {
+        let plan = self.plan(texts)?;
         let told = |problem: CookError| problem.to_string();
         let lease = self.store.lease(&session_name(&self.store, &self.root)).map_err(|problem| problem.to_string())?;
         if !only.is_empty() {
             // What is cooked in part leaves a session behind, from which a whole engine begins anew.
             self.standing = None;
             let mut engine = self.engine(plan, only).map_err(told)?;
-            engine.hold(&texts);
+            engine.hold(texts);
             let summary = engine.cook().map_err(told)?;
             engine.remember().map_err(told)?;
             return Ok(summary);
@@ -170,7 +170,7 @@ impl Kitchen {
         }
         let Some(standing) = &mut self.standing else { return Ok(Summary::default()) };
         standing.parameters = parameters;
-        standing.engine.hold(&texts);
+        standing.engine.hold(texts);
         standing.engine.rescan();
         let summary = standing.engine.cook();
         if summary.is_err() {
@@ -197,7 +197,7 @@ impl Kitchen {
         Engine::new(plan, &self.overrides, store, options, cancel, Some(told))
     }
 
-    fn peek(&mut self, texts: Texts, cell: &str, port: &str) -> Result<Arc<crate::preview::Picture>, String> {
+    fn peek(&mut self, texts: &Texts, cell: &str, port: &str) -> Result<Arc<crate::preview::Picture>, String> {
         if self.standing.is_none() {
             let plan = load_texts(&self.root, &self.overrides, texts.clone());
             let plan = plan.map_err(|_| "the graph has mistakes; mend them, then cook".to_owned())?;
@@ -206,7 +206,7 @@ impl Kitchen {
             let (shape, parameters) = (shape(&plan), parameters(&plan));
             let engine = Engine::new(plan, &self.overrides, Arc::clone(&self.store), options, cancel, None);
             let mut engine = engine.map_err(|problem| problem.to_string())?;
-            engine.hold(&texts);
+            engine.hold(texts);
             engine.cook().map_err(|problem| problem.to_string())?;
             self.standing = Some(Standing { engine, shape, parameters, dry: true });
         }

@@ -10,7 +10,7 @@ use graph_core::document::canonical_parameters;
 use graph_core::plan::{Plan, PlanNode};
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use wire::Data;
+use wire::{Data, Value};
 
 /// The nodes that work on curves is about, by their names through all nesting.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Kitchen {
         let done = self.bring_up(ask);
         let desk = match &done {
             Ok(summary) if summary.cancelled => Err("cancelled; v begins again".to_owned()),
-            Ok(_) => self.bench.as_mut().map_or_else(|| Err(String::new()), |bench| bench.desk()),
+            Ok(_) => self.bench.as_mut().map_or_else(|| Err(String::new()), Bench::desk),
             Err(problem) => Err(problem.clone()),
         };
         self.say(Message::Desk { of: ask.of.clone(), revision: ask.revision, desk: desk.map(Arc::new) });
@@ -141,7 +141,7 @@ impl Bench {
 
     fn curves(&mut self, cell: &str, port: &str) -> Result<Arc<Curves>, String> {
         let values = self.engine.values(cell, port).map_err(|problem| problem.to_string())?;
-        let value = values.into_values().next().and_then(|value| value.downcast_arc::<Curves>());
+        let value = values.into_values().next().and_then(<dyn Value>::downcast_arc::<Curves>);
         value.ok_or_else(|| format!("`{cell}.{port}` is not the curves of one take"))
     }
 }
