@@ -34,6 +34,7 @@ fn triangle() -> Rig {
         skin: Vec::new(),
         jaw_pivot_m: None,
         jaw: None,
+        joints: Vec::new(),
     }
 }
 

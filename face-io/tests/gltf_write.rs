@@ -57,6 +57,7 @@ fn sheet() -> Rig {
         skin: Vec::new(),
         jaw_pivot_m: None,
         jaw: None,
+        joints: Vec::new(),
     }
 }
 
@@ -71,6 +72,7 @@ fn with_jaw(mut rig: Rig, weights: Vec<f32>, pivot: Vec3, shapes: [u32; 2]) -> R
             motion(shapes[0], Vec3::new(0.4, 0.02, -0.01), Vec3::new(0.0, -2e-3, -1e-3)),
             motion(shapes[1], Vec3::new(-0.05, 0.1, 0.03), Vec3::new(1e-3, 0.0, 4e-3)),
         ],
+        ..JawSkin::default()
     });
     rig
 }

@@ -4,6 +4,7 @@
 //! - [`rig`]: how a rig turns channel weights into points, the jaw's part of it, and marker attachment.
 //! - [`clean`]: takes made fit for solving: gaps in markers filled.
 //! - [`solve`]: features, salience, alignment and the bounded minimisers.
+//! - [`strain`]: strain-driven faces: skinning, pose shapes, muscles, solvers.
 //! - [`views`]: what calibrated cameras see, and markers in space from it.
 //! - [`render`]: a small software rasteriser, to look at faces.
 //!
@@ -15,4 +16,5 @@ pub mod data;
 pub mod render;
 pub mod rig;
 pub mod solve;
+pub mod strain;
 pub mod views;

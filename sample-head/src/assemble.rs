@@ -51,6 +51,7 @@ impl Assembly {
                 skin: Vec::new(),
                 jaw_pivot_m: Some(jaw::PIVOT * metres),
                 jaw: None,
+                joints: Vec::new(),
             },
             of_skin: vec![u32::MAX; skin.points.len()],
             sources: Vec::new(),

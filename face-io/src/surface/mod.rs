@@ -53,6 +53,7 @@ impl Assembly {
             skin: Vec::new(),
             jaw_pivot_m: None,
             jaw: None,
+            joints: Vec::new(),
         };
         Self { rig, names: Vec::new(), index: BTreeMap::new(), moves: Vec::new() }
     }

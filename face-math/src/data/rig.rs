@@ -35,6 +35,15 @@ pub enum Driver {
         /// Where the tent peaks, strictly between 0 and 1.
         peak: f32,
     },
+    /// An entry of a joint's rotation matrix, less what it is at rest: a pose corrective (section A.2 of Animatomy).
+    Turn {
+        /// 0 is the jaw, 1 the first of the rig's other joints.
+        joint: u32,
+        /// Row of the entry, 0 to 2.
+        row: u32,
+        /// Column of the entry, 0 to 2.
+        column: u32,
+    },
 }
 
 /// One shape: sparse displacements of vertices, and what drives them.
@@ -64,12 +73,24 @@ pub struct JawMotion {
 
 /// The jaw as a joint: who follows it, and where each jaw shape takes it (section 6 of the deepfake capture paper).
 /// A rig that has one holds "de-skinned" deltas `D_i` in its shapes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct JawSkin {
+    /// The point c about which it turns, in metres: x ↦ R (x − c) + c + T. Jaws that were split off shapes turn about
+    /// the origin.
+    pub pivot_m: Vec3,
     /// M: per vertex, 0 follows the skull, 1 follows the jaw.
     pub weights: Vec<f32>,
     /// The shapes that move the jaw.
     pub motions: Vec<JawMotion>,
+}
+
+/// A joint besides the jaw: an eye. It is skinned and moved as the jaw is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name of the joint, such as `eye_L`.
+    pub name: String,
+    /// Who follows it, and what moves it.
+    pub skin: JawSkin,
 }
 
 /// A head that channel weights drive.
@@ -91,9 +112,24 @@ pub struct Rig {
     pub jaw_pivot_m: Option<Vec3>,
     /// The jaw as a joint, where it has been split off the shapes.
     pub jaw: Option<JawSkin>,
+    /// Joints besides the jaw. Each vertex follows the jaw, these, and with what is left of 1 the skull.
+    pub joints: Vec<Joint>,
 }
 
 impl Rig {
+    /// The jaw, where it is a joint, and all other joints: what [`Driver::Turn`] counts.
+    pub fn all_joints(&self) -> impl Iterator<Item = &JawSkin> {
+        self.jaw.iter().chain(self.joints.iter().map(|joint| &joint.skin))
+    }
+
+    /// The joint of a [`Driver::Turn`]: 0 is the jaw.
+    pub fn joint(&self, index: u32) -> Option<&JawSkin> {
+        match index {
+            0 => self.jaw.as_ref(),
+            other => self.joints.get(other as usize - 1).map(|joint| &joint.skin),
+        }
+    }
+
     /// Checks that all indices and table sizes fit together.
     ///
     /// # Errors
@@ -127,6 +163,16 @@ impl Rig {
             let channels = match &shape.driver {
                 Driver::Channel(channel) | Driver::InBetween { channel, .. } => std::slice::from_ref(channel),
                 Driver::Combination(channels) => channels.as_slice(),
+                Driver::Turn { joint, row, column } => {
+                    let what = |what: &str| format!("{what} that drives shape `{}`", shape.name);
+                    if self.joint(*joint).is_none() {
+                        inside(&|| what("joint"), *joint, 1 + self.joints.len())?;
+                        return Err(DataError::Index { what: what("joint"), index: 0, count: 0 });
+                    }
+                    inside(&|| what("row of the rotation"), *row, 3)?;
+                    inside(&|| what("column of the rotation"), *column, 3)?;
+                    &[]
+                }
             };
             for channel in channels {
                 inside(&|| format!("channel that drives shape `{}`", shape.name), *channel, self.channels.len())?;
@@ -135,10 +181,11 @@ impl Rig {
         if !self.skin.is_empty() {
             check_size("skin weights", count, self.skin.len())?;
         }
-        if let Some(jaw) = &self.jaw {
-            check_size("jaw weights", count, jaw.weights.len())?;
-            for motion in &jaw.motions {
-                inside(&|| "shape of a jaw motion".to_owned(), motion.shape, self.shapes.len())?;
+        check_unique("joint", &self.joints.iter().map(|joint| joint.name.clone()).collect::<Vec<_>>())?;
+        for joint in self.all_joints() {
+            check_size("joint weights", count, joint.weights.len())?;
+            for motion in &joint.motions {
+                inside(&|| "shape of a joint's motion".to_owned(), motion.shape, self.shapes.len())?;
             }
         }
         Ok(self)
@@ -152,6 +199,14 @@ impl Rig {
     /// The channel called `name`.
     pub fn channel(&self, name: &str) -> Option<usize> {
         self.channels.iter().position(|own| own == name)
+    }
+}
+
+impl JawSkin {
+    /// The same joint with no vertex.
+    #[must_use]
+    pub fn without_weights(&self) -> Self {
+        Self { pivot_m: self.pivot_m, weights: Vec::new(), motions: self.motions.clone() }
     }
 }
 
@@ -177,13 +232,14 @@ impl Value for Rig {
             out.u32s(&shape.vertices);
             out.points(&shape.deltas);
         }
-        match &self.jaw {
-            None => out.count(0),
-            Some(jaw) => {
-                out.count(1);
-                out.f32s(&jaw.weights);
-                out.record(&jaw.motions);
-            }
+        out.count(usize::from(self.jaw.is_some()));
+        if let Some(jaw) = &self.jaw {
+            encode_joint(jaw, out);
+        }
+        out.count(self.joints.len());
+        for joint in &self.joints {
+            out.record(&joint.name);
+            encode_joint(&joint.skin, out);
         }
     }
 
@@ -193,8 +249,9 @@ impl Value for Rig {
             None => String::new(),
             Some(jaw) => format!(", jaw moved by {} shapes", jaw.motions.len()),
         };
+        let joints: String = self.joints.iter().map(|joint| format!(", joint {}", joint.name)).collect();
         format!(
-            "{}: {} parts, {} vertices, {triangles} triangles, {} channels, {} shapes{jaw}",
+            "{}: {} parts, {} vertices, {triangles} triangles, {} channels, {} shapes{jaw}{joints}",
             self.name,
             self.parts.len(),
             self.neutral.len(),
@@ -216,7 +273,7 @@ impl Value for Rig {
 
 impl Data for Rig {
     const NAME: &'static str = "Rig";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
     const FRAMED: bool = false;
 
     fn decode(input: &mut Decoder<'_>) -> Result<Self, DecodeError> {
@@ -229,12 +286,23 @@ impl Data for Rig {
             let (name, driver) = input.record()?;
             shapes.push(Shape { name, driver, vertices: input.u32s()?, deltas: input.points()? });
         }
-        let jaw = match input.count()? {
-            0 => None,
-            _ => Some(JawSkin { weights: input.f32s()?, motions: input.record()? }),
-        };
-        Self { name, parts, neutral, channels, shapes, skin, jaw_pivot_m, jaw }
+        let jaw = if input.count()? == 0 { None } else { Some(decode_joint(input)?) };
+        let mut joints = Vec::new();
+        for _ in 0..input.count()? {
+            joints.push(Joint { name: input.record()?, skin: decode_joint(input)? });
+        }
+        Self { name, parts, neutral, channels, shapes, skin, jaw_pivot_m, jaw, joints }
             .checked()
             .map_err(|error| DecodeError::Invalid { what: error.to_string() })
     }
+}
+
+fn encode_joint(joint: &JawSkin, out: &mut Encoder) {
+    out.record(&(joint.pivot_m, &joint.motions));
+    out.f32s(&joint.weights);
+}
+
+fn decode_joint(input: &mut Decoder<'_>) -> Result<JawSkin, DecodeError> {
+    let (pivot_m, motions) = input.record()?;
+    Ok(JawSkin { pivot_m, weights: input.f32s()?, motions })
 }

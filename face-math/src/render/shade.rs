@@ -242,6 +242,7 @@ mod tests {
             skin: Vec::new(),
             jaw_pivot_m: None,
             jaw: None,
+            joints: Vec::new(),
         }
     }
 

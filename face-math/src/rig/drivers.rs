@@ -12,9 +12,13 @@
 //!
 //! with p its peak and b, a the peaks of the neighbouring in-betweens of the same channel below and above, or 0 and 1
 //! where there is none. So at a peak only its own in-between counts. All weights are unitless.
+//!
+//! A pose corrective weighs as much as an entry of its joint's rotation has changed, `R_rc(θ(w)) − δ_rc`, where the angles
+//! θ(w) = Σ wᵢ θᵢ are those of the channels that turn the joint (section A.2 of Animatomy).
 
-use super::RigError;
+use super::{JawPose, RigError};
 use crate::data::{Driver, Rig};
+use glam::DVec3;
 
 /// The drivers of a rig's shapes, ready to be evaluated and differentiated.
 #[derive(Debug, Clone)]
@@ -28,6 +32,7 @@ enum Compiled {
     Channel(usize),
     Product(Vec<usize>),
     Tent { channel: usize, below: f64, peak: f64, above: f64 },
+    Turn { angles: Vec<(usize, DVec3)>, row: usize, column: usize },
 }
 
 impl ShapeDrivers {
@@ -55,6 +60,11 @@ impl ShapeDrivers {
                         above: above.into(),
                     }
                 }
+                Driver::Turn { joint, row, column } => Compiled::Turn {
+                    angles: turning(rig, *joint, &shape.name)?,
+                    row: *row as usize,
+                    column: *column as usize,
+                },
             });
         }
         Ok(Self { channels: rig.channels.len(), drivers })
@@ -95,6 +105,13 @@ impl ShapeDrivers {
                     each(*channel, -1.0 / (above - peak));
                 }
             }
+            Compiled::Turn { angles, row, column } => {
+                let pose = JawPose::of(angles_rad(angles, channels), DVec3::ZERO);
+                let slopes = DVec3::from_array(pose.turns.map(|turn| turn.col(*column)[*row]));
+                for (channel, angle) in angles {
+                    each(*channel, slopes.dot(*angle));
+                }
+            }
         }
     }
 
@@ -118,8 +135,28 @@ impl Compiled {
                 let falling = (above - w) / (above - peak);
                 rising.min(falling).max(0.0)
             }
+            Self::Turn { angles, row, column } => {
+                let rotation = JawPose::of(angles_rad(angles, channels), DVec3::ZERO).rotation;
+                rotation.col(*column)[*row] - f64::from(u8::from(row == column))
+            }
         }
     }
+}
+
+fn angles_rad(angles: &[(usize, DVec3)], channels: &[f64]) -> DVec3 {
+    angles.iter().map(|(channel, angle)| channels[*channel] * *angle).sum()
+}
+
+/// The channels that turn a joint, and by how much each does.
+fn turning(rig: &Rig, joint: u32, shape: &str) -> Result<Vec<(usize, DVec3)>, RigError> {
+    let motions = rig.joint(joint).map_or(&[][..], |joint| &joint.motions);
+    let angle = |motion: &crate::data::JawMotion| match rig.shapes[motion.shape as usize].driver {
+        Driver::Channel(channel) => Ok((channel as usize, motion.euler_rad.as_dvec3())),
+        _ => Err(RigError::Turned { shape: shape.to_owned(), by: rig.shapes[motion.shape as usize].name.clone() }),
+    };
+    let mut angles = motions.iter().map(angle).collect::<Result<Vec<_>, _>>()?;
+    angles.retain(|(_, angle)| *angle != DVec3::ZERO);
+    Ok(angles)
 }
 
 /// The peaks next to `peak` among the in-betweens of `channel`, or 0 and 1.

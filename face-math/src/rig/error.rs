@@ -35,6 +35,14 @@ pub enum RigError {
         /// Its peak.
         peak: f32,
     },
+    /// A pose corrective of a joint that something else than a channel turns.
+    #[error("pose corrective `{shape}`: its joint is turned by `{by}`, which is no channel; let channels alone turn it")]
+    Turned {
+        /// The corrective.
+        shape: String,
+        /// The shape that turns the joint.
+        by: String,
+    },
     /// A neutral marker has no position.
     #[error("neutral marker `{marker}` is missing in frame {frame}; triangulate it from more views or leave it out")]
     MissingMarker {

@@ -1,7 +1,7 @@
 //! Where the jaw stands at given shape weights: the rotation and translation that skinning applies.
 //!
 //! R(w) comes of adding the shapes' Euler angles, θ(w) = Σ wᵢ θᵢ (radians), and R = Rz(θz) Ry(θy) Rx(θx);
-//! T(w) = Σ wᵢ Tᵢ (metres). Section 6 of the deepfake capture paper ("Euler angle interpolation of the Rᵢ"). The sum
+//! T(w) = Σ wᵢ Tᵢ (metres). About a pivot c, x ↦ R (x − c) + c + T. Section 6 of the deepfake capture paper ("Euler angle interpolation of the Rᵢ"). The sum
 //! runs over all jaw shapes, channels as well as correctives.
 
 use crate::data::JawSkin;
@@ -43,7 +43,13 @@ impl JawPose {
             euler += weight * motion.euler_rad.as_dvec3();
             translation += weight * motion.translation_m.as_dvec3();
         }
-        Self::of(euler, translation)
+        Self::about(jaw.pivot_m.as_dvec3(), euler, translation)
+    }
+
+    /// The pose of `euler_rad` about the pivot c, moved by `translation_m`: its T is c − R c + `translation_m`.
+    pub fn about(pivot_m: DVec3, euler_rad: DVec3, translation_m: DVec3) -> Self {
+        let pose = Self::of(euler_rad, translation_m);
+        Self { translation_m: pivot_m - pose.rotation * pivot_m + translation_m, ..pose }
     }
 }
 
@@ -72,7 +78,7 @@ mod tests {
     fn the_rotation_is_that_of_a_single_motion() {
         let euler = glam::Vec3::new(0.4, -0.2, 0.1);
         let motion = JawMotion { shape: 0, euler_rad: euler, translation_m: glam::Vec3::X };
-        let pose = JawPose::at(&JawSkin { weights: Vec::new(), motions: vec![motion] }, &[1.0]);
+        let pose = JawPose::at(&JawSkin { motions: vec![motion], ..JawSkin::default() }, &[1.0]);
         let expected = DMat3::from_quat(motion.rotation().as_dquat());
         assert!(pose.rotation.abs_diff_eq(expected, 1e-6));
         assert_eq!(pose.translation_m, DVec3::X);

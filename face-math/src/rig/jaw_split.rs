@@ -140,7 +140,7 @@ impl<'r> Split<'r> {
         let mut found = Vec::new();
         for (index, shape) in self.rig.shapes.iter().enumerate() {
             let (rank, all_jaw) = match &shape.driver {
-                Driver::Channel(_) => continue,
+                Driver::Channel(_) | Driver::Turn { .. } => continue,
                 Driver::InBetween { channel, .. } => (0, moves_jaw(channel)),
                 Driver::Combination(channels) => (channels.len(), channels.iter().all(moves_jaw)),
             };
@@ -157,7 +157,7 @@ impl<'r> Split<'r> {
         let shape = &self.rig.shapes[index];
         let mut channels = vec![0.0; self.rig.channels.len()];
         match &shape.driver {
-            Driver::Channel(_) => {}
+            Driver::Channel(_) | Driver::Turn { .. } => {}
             Driver::InBetween { channel, peak } => channels[*channel as usize] = f64::from(*peak),
             Driver::Combination(all) => all.iter().for_each(|channel| channels[*channel as usize] = 1.0),
         }
@@ -239,7 +239,7 @@ impl<'r> Split<'r> {
             motions.push(jaw.motion);
             fits.push(jaw.fit);
         }
-        rig.jaw = Some(JawSkin { weights: shares, motions });
+        rig.jaw = Some(JawSkin { weights: shares, motions, ..JawSkin::default() });
         SkinnedJaw { rig, fits }
     }
 

@@ -116,6 +116,7 @@ pub fn join_shapes(heads: &[(&str, &Rig)], name: &str, sculpts: Sculpts) -> Resu
         skin: skinned.skin.clone(),
         jaw_pivot_m: skinned.jaw_pivot_m,
         jaw: None,
+        joints: Vec::new(),
     };
     Ok(rig.checked()?)
 }
@@ -149,7 +150,7 @@ fn same_surface((first, base): (&str, &Rig), (item, head): (&str, &Rig)) -> Resu
 fn parts_of(shapes: &[Shape], shape: usize) -> Vec<(usize, f32)> {
     let channel_shape = |channel: &u32| shapes.iter().position(|other| other.driver == Driver::Channel(*channel));
     match &shapes[shape].driver {
-        Driver::Channel(_) => Vec::new(),
+        Driver::Channel(_) | Driver::Turn { .. } => Vec::new(),
         Driver::InBetween { channel, peak } => channel_shape(channel).into_iter().map(|main| (main, *peak)).collect(),
         Driver::Combination(channels) => {
             let some = |other: &&Shape| match &other.driver {
@@ -157,7 +158,7 @@ fn parts_of(shapes: &[Shape], shape: usize) -> Vec<(usize, f32)> {
                 Driver::Combination(own) => {
                     own.len() < channels.len() && own.iter().all(|channel| channels.contains(channel))
                 }
-                Driver::InBetween { .. } => false,
+                Driver::InBetween { .. } | Driver::Turn { .. } => false,
             };
             shapes.iter().enumerate().filter(|(_, other)| some(other)).map(|(index, _)| (index, 1.0)).collect()
         }

@@ -11,6 +11,7 @@
 //!
 //! Y and Z are linear in the shape weights wᵢ, so per shape and marker two vectors are kept. Metres throughout.
 
+use super::limbs::{Limb, LimbPose};
 use super::{JawPose, RigError, ShapeDrivers};
 use crate::data::{Attachment, Curves, DataError, JawSkin, Markers, Rig};
 use glam::{DVec3, Vec3};
@@ -26,6 +27,7 @@ pub struct MarkerRig {
     shares: Vec<f64>,
     terms: Vec<Vec<(u32, Split)>>,
     jaw: Option<JawSkin>,
+    limbs: Vec<Limb>,
 }
 
 /// A vector of a marker, split into what follows the jaw and what follows the skull.
@@ -42,6 +44,7 @@ pub struct MarkerPose {
     shape_weights: Vec<f64>,
     shape_gradient: Vec<f64>,
     jaw: JawPose,
+    limbs: Vec<LimbPose>,
     followers: Vec<DVec3>,
     positions: Vec<DVec3>,
 }
@@ -76,6 +79,8 @@ impl MarkerRig {
 
     fn new(rig: &Rig, points: Vec<(String, Vec<(u32, f64)>)>) -> Result<Self, RigError> {
         let share_of = |vertex: u32| rig.jaw.as_ref().map_or(0.0, |jaw| f64::from(jaw.weights[vertex as usize]));
+        // What neither the jaw nor another joint moves follows the skull.
+        let skull_of = |vertex: u32| 1.0 - rig.all_joints().map(|joint| f64::from(joint.weights[vertex as usize])).sum::<f64>();
         let mut corners_of: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
         let mut names = Vec::with_capacity(points.len());
         let (mut rest, mut shares) = (Vec::new(), Vec::new());
@@ -86,7 +91,7 @@ impl MarkerRig {
                     let what = format!("vertex of marker `{name}` on rig `{}`", rig.name);
                     return Err(DataError::Index { what, index: vertex as usize, count: rig.neutral.len() }.into());
                 };
-                own_rest.add(weight, share_of(vertex), *position);
+                own_rest.add(weight, [share_of(vertex), skull_of(vertex)], *position);
                 own_share += weight * share_of(vertex);
                 corners_of.entry(vertex).or_default().push((marker as u32, weight));
             }
@@ -98,19 +103,22 @@ impl MarkerRig {
             let mut of_marker: BTreeMap<u32, Split> = BTreeMap::new();
             for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
                 for (marker, weight) in corners_of.get(vertex).into_iter().flatten() {
-                    of_marker.entry(*marker).or_default().add(*weight, share_of(*vertex), *delta);
+                    of_marker.entry(*marker).or_default().add(*weight, [share_of(*vertex), skull_of(*vertex)], *delta);
                 }
             }
             of_marker.into_iter().filter(|(_, term)| *term != Split::default()).collect()
         });
+        let terms: Vec<Vec<(u32, Split)>> = terms.collect();
+        let limbs = rig.joints.iter().map(|joint| limb(rig, &joint.skin, &corners_of, names.len())).collect();
         Ok(Self {
             names,
             channels: rig.channels.clone(),
             drivers: ShapeDrivers::new(rig)?,
             rest,
             shares,
-            terms: terms.collect(),
-            jaw: rig.jaw.as_ref().map(|jaw| JawSkin { weights: Vec::new(), motions: jaw.motions.clone() }),
+            terms,
+            jaw: rig.jaw.as_ref().map(JawSkin::without_weights),
+            limbs,
         })
     }
 
@@ -150,6 +158,10 @@ impl MarkerRig {
                 *position += pose.jaw.rotation * *follower + *share * pose.jaw.translation_m;
             }
         }
+        pose.limbs.resize_with(self.limbs.len(), LimbPose::default);
+        for (limb, own) in self.limbs.iter().zip(&mut pose.limbs) {
+            limb.pose(&pose.shape_weights, own, &mut pose.positions);
+        }
     }
 
     /// The gradient by the channels of a number whose derivatives by the marker positions are `forces`: Jᵀ f, without
@@ -173,10 +185,11 @@ impl MarkerRig {
         }));
         if let Some(jaw) = &self.jaw {
             let (mut turning, mut pushing) = (DVec3::ZERO, DVec3::ZERO);
+            let pivot = jaw.pivot_m.as_dvec3();
             for ((force, follower), share) in forces.iter().zip(&pose.followers).zip(&self.shares) {
                 if *share != 0.0 {
                     for axis in 0..3 {
-                        turning[axis] += force.dot(pose.jaw.turns[axis] * *follower);
+                        turning[axis] += force.dot(pose.jaw.turns[axis] * (*follower - *share * pivot));
                     }
                     pushing += *share * *force;
                 }
@@ -185,6 +198,9 @@ impl MarkerRig {
                 pose.shape_gradient[motion.shape as usize] +=
                     turning.dot(motion.euler_rad.as_dvec3()) + pushing.dot(motion.translation_m.as_dvec3());
             }
+        }
+        for (limb, own) in self.limbs.iter().zip(&pose.limbs) {
+            limb.pull_back(own, forces, &mut pose.shape_gradient);
         }
         gradient.fill(0.0);
         self.drivers.pull_back(&pose.weights, &pose.shape_gradient, gradient);
@@ -207,6 +223,14 @@ impl MarkerRig {
                 }
             });
         }
+        for (limb, own) in self.limbs.iter().zip(&pose.limbs) {
+            limb.slopes(own, |shape, marker, moved| {
+                self.drivers.derivatives(shape, &pose.weights, |channel, slope| {
+                    jacobian[channel * markers + marker] += slope * moved;
+                });
+            });
+        }
+        let pivot = self.jaw.as_ref().map_or(DVec3::ZERO, |jaw| jaw.pivot_m.as_dvec3());
         for motion in self.jaw.iter().flat_map(|jaw| &jaw.motions) {
             let angles = motion.euler_rad.as_dvec3();
             let turn = pose.jaw.turns[0] * angles.x + pose.jaw.turns[1] * angles.y + pose.jaw.turns[2] * angles.z;
@@ -214,7 +238,7 @@ impl MarkerRig {
             self.drivers.derivatives(motion.shape as usize, &pose.weights, |channel, slope| {
                 let column = &mut jacobian[channel * markers..(channel + 1) * markers];
                 for ((place, follower), share) in column.iter_mut().zip(&pose.followers).zip(&self.shares) {
-                    *place += slope * (turn * *follower + *share * translation);
+                    *place += slope * (turn * (*follower - *share * pivot) + *share * translation);
                 }
             });
         }
@@ -250,11 +274,34 @@ impl MarkerRig {
 }
 
 impl Split {
-    fn add(&mut self, weight: f64, share: f64, vector: Vec3) {
+    fn add(&mut self, weight: f64, [jaw, skull]: [f64; 2], vector: Vec3) {
         let vector = weight * vector.as_dvec3();
-        self.jaw += share * vector;
-        self.skull += (1.0 - share) * vector;
+        self.jaw += jaw * vector;
+        self.skull += skull * vector;
     }
+}
+
+/// What a joint besides the jaw does to markers with the given corners.
+fn limb(rig: &Rig, joint: &JawSkin, corners_of: &BTreeMap<u32, Vec<(u32, f64)>>, markers: usize) -> Limb {
+    let (mut shares, mut rest) = (vec![0.0; markers], vec![DVec3::ZERO; markers]);
+    for (vertex, corners) in corners_of {
+        let share = f64::from(joint.weights[*vertex as usize]);
+        for (marker, weight) in corners {
+            shares[*marker as usize] += weight * share;
+            rest[*marker as usize] += weight * share * rig.neutral[*vertex as usize].as_dvec3();
+        }
+    }
+    let terms = rig.shapes.iter().map(|shape| {
+        let mut of_marker: BTreeMap<u32, DVec3> = BTreeMap::new();
+        for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
+            let share = f64::from(joint.weights[*vertex as usize]);
+            for (marker, weight) in corners_of.get(vertex).into_iter().flatten().filter(|_| share != 0.0) {
+                *of_marker.entry(*marker).or_default() += weight * share * delta.as_dvec3();
+            }
+        }
+        of_marker.into_iter().collect()
+    });
+    Limb::new(joint.without_weights(), &shares, &rest, &terms.collect::<Vec<_>>())
 }
 
 #[cfg(test)]
@@ -280,7 +327,7 @@ mod tests {
 
     #[test]
     fn markers_follow_the_puppet() {
-        for rig in [toy::rig(6, 5), toy::jawed(6, 5)] {
+        for rig in [toy::rig(6, 5), toy::jawed(6, 5), toy::jointed(6, 5)] {
             let attachment = attachment(&rig);
             let markers = MarkerRig::attached(&rig, &attachment).unwrap();
             let weights = [0.4_f32, 0.9, 0.2, 1.0, 0.65];
@@ -301,7 +348,7 @@ mod tests {
 
     #[test]
     fn the_jacobian_equals_finite_differences_and_its_transpose_the_pull_back() {
-        for rig in [toy::rig(6, 5), toy::jawed(6, 5)] {
+        for rig in [toy::rig(6, 5), toy::jawed(6, 5), toy::jointed(6, 5)] {
             let markers = MarkerRig::attached(&rig, &attachment(&rig)).unwrap();
             let count = markers.names().len();
             let weights = [0.4, 0.9, 0.2, 0.85, 0.55];

@@ -21,6 +21,7 @@ mod error;
 mod jaw;
 mod jaw_split;
 mod join_shapes;
+mod limbs;
 mod marker_rig;
 mod puppet;
 mod register;

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! S, N, Dᵢ, T in metres, a vertex; M a vertex's share in the jaw, 0 to 1; wᵢ the shape weights. Section 6 of the
-//! deepfake capture paper. Sums run in single precision: over a head of 20 cm that is good to some 10 nanometres.
+//! deepfake capture paper. With further joints, each adds its own Mⱼ (Rⱼ x + Tⱼ − x). Sums run in single precision: over a head of 20 cm that is good to some 10 nanometres.
 
 use super::{JawPose, RigError, ShapeDrivers};
-use crate::data::Rig;
+use crate::data::{JawSkin, Rig};
 use glam::{Mat3, Vec3};
 
 /// A rig made ready to be posed.
@@ -67,19 +67,35 @@ impl<'r> Puppet<'r> {
                 }
             }
         }
-        if let Some(jaw) = &self.rig.jaw {
-            let pose = JawPose::at(jaw, &shape_weights);
-            let rotation: Mat3 = pose.rotation.as_mat3();
-            let translation = pose.translation_m.as_vec3();
+        if let (Some(jaw), true) = (&self.rig.jaw, self.rig.joints.is_empty()) {
+            let (rotation, translation) = turned(jaw, &shape_weights);
             for (vertex, share) in vertices.iter_mut().zip(&jaw.weights) {
                 if *share != 0.0 {
                     let moved = rotation * *vertex + translation;
                     *vertex += *share * (moved - *vertex);
                 }
             }
+        } else if !self.rig.joints.is_empty() {
+            // All joints move what the shapes have made, none what another joint has moved.
+            let poses: Vec<_> =
+                self.rig.all_joints().map(|joint| (turned(joint, &shape_weights), &joint.weights)).collect();
+            for (at, vertex) in vertices.iter_mut().enumerate() {
+                let rest = *vertex;
+                for ((rotation, translation), weights) in &poses {
+                    if weights[at] != 0.0 {
+                        *vertex += weights[at] * (*rotation * rest + *translation - rest);
+                    }
+                }
+            }
         }
         Ok(())
     }
+}
+
+/// R and T of a joint.
+fn turned(joint: &JawSkin, shape_weights: &[f64]) -> (Mat3, Vec3) {
+    let pose = JawPose::at(joint, shape_weights);
+    (pose.rotation.as_mat3(), pose.translation_m.as_vec3())
 }
 
 #[cfg(test)]

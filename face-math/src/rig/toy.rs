@@ -1,6 +1,6 @@
 //! A small made-up head for tests: a grid of skin over a jaw, with every kind of driver.
 
-use crate::data::{Driver, JawMotion, JawSkin, Part, Rig, Shape};
+use crate::data::{Driver, JawMotion, JawSkin, Joint, Part, Rig, Shape};
 use glam::Vec3;
 
 /// Repeatable numbers in −1..1 (a 64-bit linear congruential generator; Knuth's MMIX constants).
@@ -64,6 +64,7 @@ pub(crate) fn rig(side: usize, channels: usize) -> Rig {
         skin: Vec::new(),
         jaw_pivot_m: None,
         jaw: None,
+        joints: Vec::new(),
     }
 }
 
@@ -77,6 +78,30 @@ pub(crate) fn jawed(side: usize, channels: usize) -> Rig {
         .map(|shape| JawMotion { shape: *shape, euler_rad: dice.point() * 0.3, translation_m: dice.point() * 0.01 })
         .collect();
     let weights = rig.neutral.iter().map(|_| (0.5 + 0.7 * dice.roll()).clamp(0.0, 1.0)).collect();
-    rig.jaw = Some(JawSkin { weights, motions });
+    rig.jaw = Some(JawSkin { weights, motions, ..JawSkin::default() });
+    rig
+}
+
+/// The same with a jaw that turns about a point of its own, an eye that channels 2 and 3 turn, and pose correctives of
+/// both.
+pub(crate) fn jointed(side: usize, channels: usize) -> Rig {
+    let mut rig = jawed(side, channels);
+    let mut dice = Dice(13);
+    if let Some(jaw) = &mut rig.jaw {
+        jaw.pivot_m = Vec3::new(0.01, -0.03, 0.02);
+        jaw.motions.retain(|motion| motion.shape < 2);
+        jaw.weights.iter_mut().for_each(|weight| *weight *= 0.6);
+    }
+    let motion = |shape, dice: &mut Dice| JawMotion { shape, euler_rad: dice.point() * 0.4, translation_m: Vec3::ZERO };
+    let motions = vec![motion(2, &mut dice), motion(3, &mut dice)];
+    let weights = rig.neutral.iter().map(|_| (0.4 * dice.roll()).max(0.0)).collect();
+    let skin = JawSkin { pivot_m: Vec3::new(-0.02, 0.03, 0.01), weights, motions };
+    rig.joints.push(Joint { name: "eye".into(), skin });
+    for (joint, row, column) in [(0, 1, 1), (0, 2, 1), (1, 0, 2)] {
+        let vertices: Vec<u32> = (0..rig.neutral.len() as u32).collect();
+        let deltas = vertices.iter().map(|_| dice.point() * 5e-3).collect();
+        let name = format!("turn_{joint}_{row}{column}");
+        rig.shapes.push(Shape { name, driver: Driver::Turn { joint, row, column }, vertices, deltas });
+    }
     rig
 }

@@ -62,6 +62,7 @@ pub(crate) fn rig() -> Rig {
         skin: Vec::new(),
         jaw_pivot_m: None,
         jaw: None,
+        joints: Vec::new(),
     }
 }
 

@@ -352,7 +352,7 @@ mod tests {
         assert!(tune(json!({"hold_jaw": true}), &raw, &markers).unwrap_err().contains("put `skin_jaw` before"));
         let mut rig = toy::rig();
         let motion = JawMotion { shape: 3, euler_rad: Vec3::ZERO, translation_m: Vec3::ZERO };
-        rig.jaw = Some(JawSkin { weights: vec![0.0; 25], motions: vec![motion] });
+        rig.jaw = Some(JawSkin { weights: vec![0.0; 25], motions: vec![motion], ..JawSkin::default() });
         assert_eq!(FinetuneCurves::default().jaw(&rig).unwrap(), ["browUp"]);
     }
 

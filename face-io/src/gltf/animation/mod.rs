@@ -226,7 +226,7 @@ fn merged(
 fn follows(driver: &Driver, weights: &[f32], channels: &[&[f32]], drivers: &[Driver]) -> bool {
     let close = |frame: usize, expected: f32| (weights[frame] - expected).abs() < 0.005;
     (0..weights.len()).all(|frame| match driver {
-        Driver::Channel(_) => true,
+        Driver::Channel(_) | Driver::Turn { .. } => true,
         Driver::Combination(parts) => close(frame, parts.iter().map(|part| channels[*part as usize][frame]).product()),
         Driver::InBetween { channel, peak } => {
             let (mut below, mut above) = (0.0_f32, 1.0_f32);

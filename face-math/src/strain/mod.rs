@@ -1,0 +1,28 @@
+//! Strain-driven faces (Animatomy): joints, muscles and what their stretching does to skin, learned from animated meshes.
+//!
+//! M(θ, γ) = W(T̄ + `B_P`(θ) + `B_E` γ, θ): a rest mesh, pose correctives of the joints' pose θ, expression shapes of the
+//! strains γ (relative stretch of muscle curves), skinned by the joints. All of it fits into a [`Rig`](crate::data::Rig), so
+//! whatever takes a rig takes a strain rig.
+//!
+//! Read in the order of the paper's supplement:
+//!
+//! - [`add_joints`], [`measure_poses`]: jaw and eyes, and θ of animated meshes.
+//! - [`fit_skinning`] (A.1), [`unpose_meshes`], [`fit_pose_shapes`] (A.2).
+//! - [`fit_strain_shapes()`] (A.3).
+
+mod error;
+mod joints;
+mod matrix;
+mod pose_shapes;
+mod shapes;
+mod skinning;
+#[cfg(test)]
+pub(crate) mod toy;
+mod unpose;
+
+pub use error::StrainError;
+pub use joints::{JointOptions, NamedJoint, POSE_CHANNELS, Poses, add_joints, euler_rad, joints, measure_poses, pose_channels};
+pub use pose_shapes::fit_pose_shapes;
+pub use shapes::{StrainShapeOptions, StrainShapes, expression_shapes, fit_strain_shapes, refined_strains};
+pub use skinning::{FittedSkinning, fit_skinning};
+pub use unpose::{Keep, unpose_meshes};
