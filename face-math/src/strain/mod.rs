@@ -7,22 +7,29 @@
 //! Read in the order of the paper's supplement:
 //!
 //! - [`add_joints`], [`measure_poses`]: jaw and eyes, and θ of animated meshes.
+//! - [`trace_muscles`], [`measure_strains`]: muscles as shortest paths on the skin, and γ.
 //! - [`fit_skinning`] (A.1), [`unpose_meshes`], [`fit_pose_shapes`] (A.2).
 //! - [`fit_strain_shapes()`] (A.3).
 
 mod error;
 mod joints;
 mod matrix;
+mod measure;
+mod muscles;
 mod pose_shapes;
 mod shapes;
 mod skinning;
+mod surface;
 #[cfg(test)]
 pub(crate) mod toy;
 mod unpose;
 
 pub use error::StrainError;
 pub use joints::{JointOptions, NamedJoint, POSE_CHANNELS, Poses, add_joints, euler_rad, joints, measure_poses, pose_channels};
+pub use measure::{distance_penalties, measure_strains};
+pub use muscles::{MusclePlan, Place, PlannedMuscle, mirrored_landmark, spread_muscles, trace_muscles};
 pub use pose_shapes::fit_pose_shapes;
 pub use shapes::{StrainShapeOptions, StrainShapes, expression_shapes, fit_strain_shapes, refined_strains};
 pub use skinning::{FittedSkinning, fit_skinning};
+pub use surface::Surface;
 pub use unpose::{Keep, unpose_meshes};
