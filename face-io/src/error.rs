@@ -9,6 +9,7 @@ use crate::csv::CsvError;
 use crate::edits::EditsError;
 use crate::fbx::FbxError;
 use crate::gltf::GltfError;
+use crate::muscles::MusclesError;
 use crate::obj::ObjError;
 use crate::png::PngError;
 use crate::regions::RegionsError;
@@ -58,6 +59,9 @@ pub enum ReadError {
     /// A file of edits.
     #[error("edits: {0}")]
     Edits(#[from] EditsError),
+    /// A file of muscles.
+    #[error("muscles: {0}")]
+    Muscles(#[from] MusclesError),
     /// A file of calibrated cameras.
     #[error("cameras: {0}")]
     Cameras(#[from] CamerasError),

@@ -16,6 +16,7 @@
 //! | [`fbx`] | rigs of Maya, Blender and their like |
 //! | [`obj`] | faces, and shapes as one file each |
 //! | [`usda`] | animated heads for programs that read USD |
+//! | [`muscles`] | which muscles a strain rig has |
 //! | [`regions`] | which markers and channels belong together |
 //! | [`edits`] | keys over solved curves, and anchor poses |
 //! | [`mod@png`] | pictures |
@@ -34,6 +35,7 @@ mod inspect;
 pub mod marker_csv;
 pub mod markers;
 mod motion;
+pub mod muscles;
 pub mod obj;
 pub mod png;
 pub mod regions;

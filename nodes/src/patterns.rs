@@ -1,6 +1,6 @@
 //! Names of markers, channels and parts in parameters, as patterns: `lip_*`, `brow_[LR]_1`, `{chin,jaw*}`.
 
-use face_math::data::nearest_name;
+use face_math::data::{Part, Rig, nearest_name};
 use globset::{GlobBuilder, GlobMatcher};
 use graph_core::node::NodeError;
 use std::collections::BTreeMap;
@@ -85,6 +85,21 @@ impl Patterns<'_> {
         };
         Err(NodeError::parameter(self.parameter, format!("no {} fits `{pattern}`; {near}", self.what)))
     }
+}
+
+/// The part of `rig` that the parameter names.
+///
+/// # Errors
+/// Where the rig has no such part.
+pub(crate) fn part<'r>(rig: &'r Rig, parameter: &str, name: &str) -> Result<&'r Part, NodeError> {
+    rig.part(name).ok_or_else(|| {
+        let names: Vec<String> = rig.parts.iter().map(|part| part.name.clone()).collect();
+        let near = match nearest_name(name, names.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("there are {}", listed(&names, "part")),
+        };
+        NodeError::parameter(parameter, format!("rig `{}` has no part `{name}`; {near}", rig.name))
+    })
 }
 
 /// How many names there are, and the first of them.

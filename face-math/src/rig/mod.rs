@@ -4,6 +4,7 @@
 //!
 //! - [`shape_drivers`]: what names of shapes mean.
 //! - [`join_shapes()`]: rigs of one neutral face, each with some of the shapes, as one.
+//! - [`keep_parts()`]: some parts of a rig as a rig of their own.
 //! - [`ShapeDrivers`]: channel weights to shape weights (combinations, in-betweens).
 //! - [`JawPose`]: where the jaw stands at given shape weights.
 //! - [`Puppet`]: all vertices of a head at given weights.
@@ -21,6 +22,7 @@ mod error;
 mod jaw;
 mod jaw_split;
 mod join_shapes;
+mod keep_parts;
 mod limbs;
 mod marker_rig;
 mod puppet;
@@ -37,6 +39,7 @@ pub use closest::{ClosestPoint, closest_on_triangle};
 pub use drivers::ShapeDrivers;
 pub use error::RigError;
 pub use jaw::JawPose;
+pub use keep_parts::{keep_parts, keep_points, renumbered};
 pub use join_shapes::{JoinShapesError, Sculpts, join_shapes};
 pub use marker_rig::{MarkerPose, MarkerRig};
 pub use puppet::Puppet;

@@ -9,7 +9,7 @@
 //! - [`add_joints`], [`measure_poses`]: jaw and eyes, and θ of animated meshes.
 //! - [`trace_muscles`], [`measure_strains`]: muscles as shortest paths on the skin, and γ.
 //! - [`fit_skinning`] (A.1), [`unpose_meshes`], [`fit_pose_shapes`] (A.2).
-//! - [`fit_strain_shapes()`] (A.3).
+//! - [`train_strain_rig`] (A.3, by [`fit_strain_shapes()`]); [`fit_linear_rig`] and [`mesh_error`] to measure it against.
 
 mod error;
 mod joints;
@@ -22,6 +22,7 @@ mod skinning;
 mod surface;
 #[cfg(test)]
 pub(crate) mod toy;
+mod train;
 mod unpose;
 
 pub use error::StrainError;
@@ -32,4 +33,5 @@ pub use pose_shapes::fit_pose_shapes;
 pub use shapes::{StrainShapeOptions, StrainShapes, expression_shapes, fit_strain_shapes, refined_strains};
 pub use skinning::{FittedSkinning, fit_skinning};
 pub use surface::Surface;
+pub use train::{MeshError, StrainReach, TrainedStrains, fit_linear_rig, mesh_error, train_strain_rig};
 pub use unpose::{Keep, unpose_meshes};

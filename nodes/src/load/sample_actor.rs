@@ -1,6 +1,6 @@
 //! `sample_actor`: a procedural head with performances, so that graphs run where there are no files.
 
-use face_math::data::{Curves, Markers, Regions, Rig};
+use face_math::data::{Attachment, Curves, Markers, Regions, Rig};
 use face_math::rig::{MarkerRig, SkinJawOptions, skin_jaw};
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use sample_head::{Options, SampleHead, SampleHeadError, Take};
@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 const RIG: Port<Rig> = Port::new("rig", "the head: 53 channels, combination correctives and in-betweens, in metres");
 const NEUTRAL: Port<Markers> =
     Port::new("neutral", "the markers of the face at rest, one frame: 98 on the face, 4 `head_*`, in metres");
+const LANDMARKS: Port<Attachment> =
+    Port::new("landmarks", "the 68 landmarks of Multi-PIE on the head, as `landmark_00` to `landmark_67`");
 const REGIONS: Port<Regions> = Port::new("regions", "seven regions, each with its markers and its channels");
 const ROM: Port<Curves> = Port::new("rom", "a range of motion at 60 Hz: every channel, then expressions, then speech");
 const TAKES: Port<Markers> = Port::new("takes", "captured markers of each take at 60 Hz, in metres");
@@ -70,7 +72,15 @@ graph_core::register!(SampleActor);
 #[typetag::serde(name = "sample_actor")]
 impl Node for SampleActor {
     fn card(&self) -> Card {
-        Card::new("load").gives(&RIG).gives(&NEUTRAL).gives(&REGIONS).gives(&ROM).gives_list(&TAKES).gives_list(&TRUTH)
+        Card::new("load")
+            .gives(&RIG)
+            .gives(&NEUTRAL)
+            .gives(&REGIONS)
+            .gives(&ROM)
+            .gives(&LANDMARKS)
+            .gives_list(&TAKES)
+            .gives_list(&TRUTH)
+            .version(2)
     }
 
     fn compute(&self, context: &Context<'_>, _: &Inputs) -> Result<Outputs, NodeError> {
@@ -98,6 +108,7 @@ impl Node for SampleActor {
             context.progress(0.5 + 0.5 * (index + 1) as f64 / self.takes as f64, &[]);
         }
         Ok(Outputs::default()
+            .with(&LANDMARKS, super::landmarks_on(&head.rig, &head.landmarks))
             .with(&RIG, head.rig)
             .with(&NEUTRAL, head.neutral_markers)
             .with(&REGIONS, head.regions)

@@ -2,7 +2,7 @@
 
 use crate::patterns::Patterns;
 use face_math::data::{Curves, Meshes, Part, Rig};
-use face_math::rig::Puppet;
+use face_math::rig::{Puppet, renumbered};
 use glam::Vec3;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
@@ -59,23 +59,6 @@ impl EvaluateRig {
         let chosen = Patterns { parameter: "parts", what: "part", names: &names }.chosen(&self.parts)?;
         Ok(rig.parts.iter().filter(|part| chosen.contains(&part.name)).cloned().collect())
     }
-}
-
-/// Parts whose vertices follow each other without a gap.
-fn renumbered(parts: Vec<Part>) -> Vec<Part> {
-    let mut next = 0;
-    parts
-        .into_iter()
-        .map(|mut part| {
-            let (old, new) = (part.vertices.start, next);
-            next += part.vertices.len() as u32;
-            for index in part.triangles.iter_mut().flatten() {
-                *index = *index - old + new;
-            }
-            part.vertices = new..next;
-            part
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,41 @@
+//! Nodes for strain-driven faces (Animatomy): joints and muscles on a head, a strain rig learned from animated meshes, and
+//! meshes turned into the strains that move it. Between rigs and what is saved.
+
+mod add_joints;
+mod fit_linear_rig;
+mod fit_pose_shapes;
+mod fit_skinning;
+mod fit_strain_shapes;
+mod measure_poses;
+mod measure_strains;
+mod mesh_error;
+#[cfg(test)]
+mod toy;
+mod trace_muscles;
+mod unpose_meshes;
+
+pub use add_joints::AddJoints;
+pub use fit_linear_rig::FitLinearRig;
+pub use fit_pose_shapes::FitPoseShapes;
+pub use fit_skinning::FitSkinning;
+pub use fit_strain_shapes::FitStrainShapes;
+pub use measure_poses::MeasurePoses;
+pub use measure_strains::MeasureStrains;
+pub use mesh_error::MeshError;
+pub use trace_muscles::TraceMuscles;
+pub use unpose_meshes::UnposeMeshes;
+
+use face_math::strain::StrainError;
+use graph_core::node::NodeError;
+
+/// The error of a solver as that of the input it concerns. The ports `rig`, `meshes` and `poses` are called so in all nodes
+/// that use this.
+fn fault(error: StrainError) -> NodeError {
+    let port = match &error {
+        StrainError::Rig(_) | StrainError::NoJoints { .. } | StrainError::NothingRigid { .. } => "rig",
+        StrainError::Data(_) | StrainError::NotFinite { what: "pose channel", .. } => "poses",
+        StrainError::Count { .. } | StrainError::NotFinite { .. } | StrainError::Flat { .. } | StrainError::TooFewFrames { .. } => "meshes",
+        _ => return NodeError::failed(error),
+    };
+    NodeError::input(port, error)
+}
