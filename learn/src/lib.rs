@@ -24,6 +24,7 @@
 //! ```
 
 mod architecture;
+mod autoencoder;
 mod checkpoint;
 mod error;
 #[cfg(test)]
@@ -42,6 +43,7 @@ mod tape;
 mod train;
 mod training;
 
+pub use autoencoder::{Autoencoder, AutoencoderTraining, train_autoencoder};
 pub use architecture::{Activation, Architecture};
 pub use checkpoint::Checkpoint;
 pub use error::{MatrixError, NetworkError, PredictError, Table, TrainError};

@@ -10,7 +10,9 @@
 //! - [`trace_muscles`], [`measure_strains`]: muscles as shortest paths on the skin, and γ.
 //! - [`fit_skinning`] (A.1), [`unpose_meshes`], [`fit_pose_shapes`] (A.2).
 //! - [`train_strain_rig`] (A.3, by [`fit_strain_shapes()`]); [`fit_linear_rig`] and [`mesh_error`] to measure it against.
+//! - [`solve_strains()`] (B.3).
 
+mod banded;
 mod error;
 mod joints;
 mod matrix;
@@ -19,6 +21,7 @@ mod muscles;
 mod pose_shapes;
 mod shapes;
 mod skinning;
+mod solve_strains;
 mod surface;
 #[cfg(test)]
 pub(crate) mod toy;
@@ -32,6 +35,7 @@ pub use muscles::{MusclePlan, Place, PlannedMuscle, mirrored_landmark, spread_mu
 pub use pose_shapes::fit_pose_shapes;
 pub use shapes::{StrainShapeOptions, StrainShapes, expression_shapes, fit_strain_shapes, refined_strains};
 pub use skinning::{FittedSkinning, fit_skinning};
+pub use solve_strains::{Manifold, SolvedStrains, StrainSolveOptions, solve_strains, strain_channels};
 pub use surface::Surface;
 pub use train::{MeshError, StrainReach, TrainedStrains, fit_linear_rig, mesh_error, train_strain_rig};
 pub use unpose::{Keep, unpose_meshes};

@@ -9,6 +9,8 @@ mod fit_strain_shapes;
 mod measure_poses;
 mod measure_strains;
 mod mesh_error;
+mod solve_strains;
+mod train_strain_autoencoder;
 #[cfg(test)]
 mod toy;
 mod trace_muscles;
@@ -22,9 +24,12 @@ pub use fit_strain_shapes::FitStrainShapes;
 pub use measure_poses::MeasurePoses;
 pub use measure_strains::MeasureStrains;
 pub use mesh_error::MeshError;
+pub use solve_strains::SolveStrains;
+pub use train_strain_autoencoder::TrainStrainAutoencoder;
 pub use trace_muscles::TraceMuscles;
 pub use unpose_meshes::UnposeMeshes;
 
+use face_math::data::{Curves, Meshes};
 use face_math::strain::StrainError;
 use graph_core::node::NodeError;
 
@@ -38,4 +43,10 @@ fn fault(error: StrainError) -> NodeError {
         _ => return NodeError::failed(error),
     };
     NodeError::input(port, error)
+}
+
+/// A curve of distances in millimetres, from metres.
+fn millimetres(meshes: &Meshes, name: &str, metres: &[f64]) -> Result<Curves, NodeError> {
+    let values = metres.iter().map(|metres| (1000.0 * metres) as f32).collect();
+    Curves::new(meshes.frame_axis(), vec![name.to_owned()], values).map_err(NodeError::failed)
 }
