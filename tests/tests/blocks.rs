@@ -144,6 +144,8 @@ fn blocks_of_any_size_give_the_bits_of_the_whole_and_the_halo_is_just_wide_enoug
     let graph = folder.path().join("graph.ron");
     std::fs::copy(whole_system::root().join("tests/tests/blocks/graph.ron"), &graph).unwrap();
     film(folder.path());
+    let muscles = whole_system::root().join("graphs/strain_train/muscles.ron");
+    std::fs::copy(muscles, folder.path().join("muscles.ron")).unwrap();
     let plan = load(&graph, &[]).unwrap_or_else(|mistakes| panic!("{mistakes:#?}"));
     let all = examples(&plan);
     let (mut tried, mut tight, mut loose) = (BTreeSet::new(), BTreeSet::new(), BTreeMap::new());

@@ -10,32 +10,38 @@
 //! - [`trace_muscles`], [`measure_strains`]: muscles as shortest paths on the skin, and γ.
 //! - [`fit_skinning`] (A.1), [`unpose_meshes`], [`fit_pose_shapes`] (A.2).
 //! - [`train_strain_rig`] (A.3, by [`fit_strain_shapes()`]); [`fit_linear_rig`] and [`mesh_error`] to measure it against.
-//! - [`solve_strains()`] (B.3).
+//! - [`learn_mesh_space`], [`MeshFitter`] (B.1), [`solve_jaw_pose`] (B.2), [`solve_strains()`] (B.3).
 
 mod banded;
 mod error;
 mod joints;
 mod matrix;
 mod measure;
+mod mesh_space;
 mod muscles;
 mod pose_shapes;
 mod shapes;
 mod skinning;
+mod solve_jaw;
 mod solve_strains;
 mod surface;
 #[cfg(test)]
 pub(crate) mod toy;
 mod train;
+mod transfer;
 mod unpose;
 
 pub use error::StrainError;
 pub use joints::{JointOptions, NamedJoint, POSE_CHANNELS, Poses, add_joints, euler_rad, joints, measure_poses, pose_channels};
 pub use measure::{distance_penalties, measure_strains};
+pub use mesh_space::{FittedMeshes, MeshFitter, learn_mesh_space};
 pub use muscles::{MusclePlan, Place, PlannedMuscle, mirrored_landmark, spread_muscles, trace_muscles};
 pub use pose_shapes::fit_pose_shapes;
 pub use shapes::{StrainShapeOptions, StrainShapes, expression_shapes, fit_strain_shapes, refined_strains};
 pub use skinning::{FittedSkinning, fit_skinning};
+pub use solve_jaw::{JawSolveOptions, SolvedJaw, expression_weights, solve_jaw_pose};
 pub use solve_strains::{Manifold, SolvedStrains, StrainSolveOptions, solve_strains, strain_channels};
 pub use surface::Surface;
 pub use train::{MeshError, StrainReach, TrainedStrains, fit_linear_rig, mesh_error, train_strain_rig};
+pub use transfer::{Transfer, TransferOptions, transfer_guides};
 pub use unpose::{Keep, unpose_meshes};

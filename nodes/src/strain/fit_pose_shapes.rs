@@ -25,7 +25,7 @@ pub struct FitPoseShapes {
 
 impl Default for FitPoseShapes {
     fn default() -> Self {
-        Self { least_share: 1e-4 }
+        Self { least_share: 1e-8 }
     }
 }
 

@@ -3,20 +3,30 @@
 
 mod add_joints;
 mod fit_linear_rig;
+mod fit_mesh_targets;
 mod fit_pose_shapes;
 mod fit_skinning;
 mod fit_strain_shapes;
+mod learn_mesh_space;
 mod measure_poses;
 mod measure_strains;
 mod mesh_error;
+mod solve_jaw_pose;
 mod solve_strains;
 mod train_strain_autoencoder;
 #[cfg(test)]
 mod toy;
 mod trace_muscles;
+mod transfer_guides;
+mod transfer_meshes;
 mod unpose_meshes;
 
 pub use add_joints::AddJoints;
+pub use fit_mesh_targets::FitMeshTargets;
+pub use learn_mesh_space::LearnMeshSpace;
+pub use solve_jaw_pose::SolveJawPose;
+pub use transfer_guides::TransferGuides;
+pub use transfer_meshes::TransferMeshes;
 pub use fit_linear_rig::FitLinearRig;
 pub use fit_pose_shapes::FitPoseShapes;
 pub use fit_skinning::FitSkinning;
