@@ -10,7 +10,8 @@ use glam::{DQuat, Quat, Vec3};
 /// The share of the jaw in each vertex: that of the split jaw, or else of the rig's own skin.
 pub(crate) fn jaw_shares<'r>(rig: &'r Rig, format: &'static str) -> Result<Option<&'r [f32]>, WriteError> {
     if let Some(joint) = rig.joints.first() {
-        let problem = "is that of a joint besides the jaw, which is not written; save its meshes (`save_meshes`) instead";
+        let problem =
+            "is that of a joint besides the jaw, which is not written; save its meshes (`save_meshes`) instead";
         return Err(WriteError::Name { format, name: joint.name.clone(), problem });
     }
     let shares = match &rig.jaw {

@@ -43,8 +43,8 @@ mod tape;
 mod train;
 mod training;
 
-pub use autoencoder::{Autoencoder, AutoencoderTraining, train_autoencoder};
 pub use architecture::{Activation, Architecture};
+pub use autoencoder::{Autoencoder, AutoencoderTraining, train_autoencoder};
 pub use checkpoint::Checkpoint;
 pub use error::{MatrixError, NetworkError, PredictError, Table, TrainError};
 pub use matrix::Matrix;

@@ -64,3 +64,29 @@ fn the_sample_actor_is_solved_from_nothing() {
     assert_eq!(kinds, ["\"rig\"", "\"curves\""]);
     assert_eq!(sheet.events()[1]["frames"], 600);
 }
+
+/// The overall score of each line of a table of scores, by the first word of its name after the dot.
+fn scores(project: &Project, file: &str) -> std::collections::BTreeMap<String, f64> {
+    let line = |line: &str| {
+        let (name, rest) = line.split_once(',').unwrap();
+        let stage = name.split('/').next().unwrap().rsplit('.').next().unwrap();
+        (stage.to_owned(), rest.split(',').next().unwrap().parse().unwrap())
+    };
+    project.read(file).lines().skip(1).map(line).collect()
+}
+
+#[test]
+fn strain_rigs_are_trained_solved_and_transferred_from_nothing() {
+    let project = Project::new(PROGRAM);
+    for graph in ["strain_train", "strain_solve", "strain_transfer"] {
+        project.copy(&root().join("graphs").join(graph), graph);
+        let run = project.run(&["run", graph, "--out", graph, "--json"]).ended_with(0);
+        assert_eq!(run.summary("failed"), 0, "{graph}: {}", run.stderr);
+    }
+    let mm = scores(&project, "strain_train/stages.csv");
+    assert!(mm["neutral"] > mm["skinning"] && mm["skinning"] > mm["strain_shapes"], "{mm:?}");
+    assert!(mm["pose_shapes"] > mm["strain_shapes"] && mm["strain_shapes"] > 10.0 * mm["refined"], "{mm:?}");
+    assert!(mm["linear"] > mm["refined"], "{mm:?}");
+    let mm = scores(&project, "strain_transfer/transfer.csv");
+    assert!(mm["rest"] > mm["plain"] && mm["plain"] > mm["guided"], "{mm:?}");
+}

@@ -4,6 +4,7 @@
 //! surface (polygons, texture coordinates, parts) is always that of the neutral face.
 
 mod parse;
+mod write;
 
 use crate::surface::{Assembly, Piece, Split};
 use crate::{LengthUnit, ReadError};
@@ -11,6 +12,7 @@ use face_math::data::Rig;
 use glam::{DVec3, Vec3};
 
 pub use parse::{Obj, detect};
+pub use write::write;
 
 /// Why bytes are not an OBJ file that can be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

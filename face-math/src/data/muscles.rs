@@ -62,7 +62,8 @@ impl Muscles {
     pub fn new(curves: Vec<MuscleCurve>, vertices: usize) -> Result<Self, DataError> {
         check_unique("muscle", &curves.iter().map(|curve| curve.name.clone()).collect::<Vec<_>>())?;
         for curve in &curves {
-            let beyond = curve.points.iter().flat_map(|point| point.vertices).find(|vertex| *vertex as usize >= vertices);
+            let beyond =
+                curve.points.iter().flat_map(|point| point.vertices).find(|vertex| *vertex as usize >= vertices);
             if let Some(vertex) = beyond {
                 let what = format!("vertex of muscle `{}`", curve.name);
                 return Err(DataError::Index { what, index: vertex as usize, count: vertices });

@@ -36,7 +36,9 @@ pub enum RigError {
         peak: f32,
     },
     /// A pose corrective of a joint that something else than a channel turns.
-    #[error("pose corrective `{shape}`: its joint is turned by `{by}`, which is no channel; let channels alone turn it")]
+    #[error(
+        "pose corrective `{shape}`: its joint is turned by `{by}`, which is no channel; let channels alone turn it"
+    )]
     Turned {
         /// The corrective.
         shape: String,

@@ -23,7 +23,8 @@ pub fn renumbered(parts: Vec<Part>) -> Vec<Part> {
 pub fn keep_parts(rig: &Rig, keep: impl Fn(&Part) -> bool) -> Rig {
     let kept: Vec<&Part> = rig.parts.iter().filter(|part| keep(part)).collect();
     let place = new_places(rig, &kept);
-    let chosen: Vec<usize> = kept.iter().flat_map(|part| part.vertices.start as usize..part.vertices.end as usize).collect();
+    let chosen: Vec<usize> =
+        kept.iter().flat_map(|part| part.vertices.start as usize..part.vertices.end as usize).collect();
     let pick = |numbers: &[f32]| -> Vec<f32> {
         if numbers.is_empty() { Vec::new() } else { chosen.iter().map(|vertex| numbers[*vertex]).collect() }
     };
@@ -35,7 +36,10 @@ pub fn keep_parts(rig: &Rig, keep: impl Fn(&Part) -> bool) -> Rig {
         Shape { name: shape.name.clone(), driver: shape.driver.clone(), vertices, deltas }
     };
     let mut out = rig.clone();
-    out.jaw.iter_mut().chain(out.joints.iter_mut().map(|joint| &mut joint.skin)).for_each(|joint| joint.weights = pick(&joint.weights));
+    out.jaw
+        .iter_mut()
+        .chain(out.joints.iter_mut().map(|joint| &mut joint.skin))
+        .for_each(|joint| joint.weights = pick(&joint.weights));
     Rig {
         parts: renumbered(kept.into_iter().cloned().collect()),
         neutral: chosen.iter().map(|vertex| rig.neutral[*vertex]).collect(),
@@ -80,7 +84,12 @@ mod tests {
         let own = Puppet::new(&some).unwrap().vertices(&weights).unwrap();
         assert_eq!(own[..64], whole[..64]);
         assert_eq!(own[64..], whole[76..]);
-        let point = |name: &str, vertices| SurfacePoint { name: name.into(), vertices, weights: [0.2, 0.3, 0.5], distance_m: 0.0 };
+        let point = |name: &str, vertices| SurfacePoint {
+            name: name.into(),
+            vertices,
+            weights: [0.2, 0.3, 0.5],
+            distance_m: 0.0,
+        };
         let attachment = Attachment { points: vec![point("a", [77, 78, 79]), point("b", [64, 65, 66])] };
         let kept = keep_points(&rig, &attachment, |part| part.name != "teeth");
         assert_eq!(kept.points, [point("a", [65, 66, 67])]);

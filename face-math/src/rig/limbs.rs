@@ -31,9 +31,9 @@ impl Limb {
     pub fn new(skin: JawSkin, shares: &[f64], rest: &[DVec3], terms: &[Vec<(u32, DVec3)>]) -> Self {
         let markers: Vec<u32> = (0..shares.len() as u32).filter(|marker| shares[*marker as usize] != 0.0).collect();
         let local = |marker: u32| markers.binary_search(&marker).ok().map(|place| place as u32);
-        let terms = terms.iter().map(|terms| {
-            terms.iter().filter_map(|(marker, term)| Some((local(*marker)?, *term))).collect::<Vec<_>>()
-        });
+        let terms = terms
+            .iter()
+            .map(|terms| terms.iter().filter_map(|(marker, term)| Some((local(*marker)?, *term))).collect::<Vec<_>>());
         Self {
             skin,
             shares: markers.iter().map(|marker| shares[*marker as usize]).collect(),

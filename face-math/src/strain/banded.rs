@@ -121,7 +121,8 @@ mod tests {
             }
         }
         let known: Vec<f64> = (0..size).map(|_| f64::from(dice.roll())).collect();
-        let mut b: Vec<f64> = dense.chunks_exact(size).map(|row| row.iter().zip(&known).map(|(a, x)| a * x).sum()).collect();
+        let mut b: Vec<f64> =
+            dense.chunks_exact(size).map(|row| row.iter().zip(&known).map(|(a, x)| a * x).sum()).collect();
         band.factored().unwrap().solve(&mut b);
         assert!(b.iter().zip(&known).all(|(a, b)| (a - b).abs() < 1e-12));
         assert!(Banded::zeros(3, 1).factored().is_err());

@@ -41,7 +41,9 @@ pub enum StrainError {
         needed: usize,
     },
     /// A joint has nothing rigid to be measured by.
-    #[error("no part follows the joint `{joint}` wholly, so its pose cannot be measured; name a part that moves with it alone")]
+    #[error(
+        "no part follows the joint `{joint}` wholly, so its pose cannot be measured; name a part that moves with it alone"
+    )]
     NothingRigid {
         /// The joint.
         joint: String,

@@ -194,7 +194,8 @@ fn frame_number(curves: &Curves, frame: usize) -> i64 {
 
 /// The vertices by which a joint's pose is measured: those of the parts that follow it wholly.
 fn rigid_parts(rig: &Rig, joint: &JawSkin) -> Vec<Range<usize>> {
-    let whole = |range: &Range<usize>| !range.is_empty() && joint.weights[range.clone()].iter().all(|weight| *weight >= 1.0);
+    let whole =
+        |range: &Range<usize>| !range.is_empty() && joint.weights[range.clone()].iter().all(|weight| *weight >= 1.0);
     let ranges = rig.parts.iter().map(|part| part.vertices.start as usize..part.vertices.end as usize);
     ranges.filter(whole).collect()
 }
@@ -218,7 +219,8 @@ pub fn measure_poses(rig: &Rig, meshes: &Meshes) -> Result<Curves, StrainError> 
         }
         let pivot = joint.skin.pivot_m.as_dvec3();
         let moves = joint.skin.motions.len() > 3;
-        let rest: Vec<DVec3> = parts.iter().flat_map(|part| &rig.neutral[part.clone()]).map(|point| point.as_dvec3()).collect();
+        let rest: Vec<DVec3> =
+            parts.iter().flat_map(|part| &rig.neutral[part.clone()]).map(|point| point.as_dvec3()).collect();
         rigid.push((joint.name, parts, pivot, moves, mirrored(rest, pivot, moves)));
     }
     let frames: Vec<Vec<f32>> = (0..meshes.frames())
@@ -227,7 +229,8 @@ pub fn measure_poses(rig: &Rig, meshes: &Meshes) -> Result<Curves, StrainError> 
             let posed = meshes.frame(frame);
             let mut values = Vec::new();
             for (name, parts, pivot, moves, rest) in &rigid {
-                let own: Vec<DVec3> = parts.iter().flat_map(|part| &posed[part.clone()]).map(|point| point.as_dvec3()).collect();
+                let own: Vec<DVec3> =
+                    parts.iter().flat_map(|part| &posed[part.clone()]).map(|point| point.as_dvec3()).collect();
                 let number = meshes.frame_axis().slice(&(frame..frame + 1)).first;
                 let fit = fit_rigid(rest, &mirrored(own, *pivot, *moves), None)
                     .map_err(|source| StrainError::Pose { joint: (*name).to_owned(), frame: number, source })?;

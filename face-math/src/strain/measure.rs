@@ -40,7 +40,8 @@ pub fn distance_penalties(muscles: &Muscles, neutral: &[Vec3], falloff_m: f64, r
         .flat_map_iter(|vertex| {
             let vertex = vertex.as_dvec3();
             places.iter().map(move |places| {
-                let nearest = places.windows(2).map(|pair| from_segment(vertex, pair[0], pair[1])).fold(f64::INFINITY, f64::min);
+                let nearest =
+                    places.windows(2).map(|pair| from_segment(vertex, pair[0], pair[1])).fold(f64::INFINITY, f64::min);
                 if nearest > reach_m { f32::INFINITY } else { (nearest / falloff_m) as f32 }
             })
         })
@@ -62,7 +63,8 @@ mod tests {
     fn muscles() -> Muscles {
         let rig = toy::jointed_head();
         let point = |vertex: u32| RidingPoint { vertices: [vertex, 0, 1], weights: [0.9, 0.04, 0.06] };
-        let mut curve = MuscleCurve { name: "m".into(), points: vec![point(3), point(12), point(29)], rest_length_m: 1.0 };
+        let mut curve =
+            MuscleCurve { name: "m".into(), points: vec![point(3), point(12), point(29)], rest_length_m: 1.0 };
         curve.rest_length_m = curve.length_m(&rig.neutral);
         Muscles::new(vec![curve], rig.neutral.len()).unwrap()
     }
@@ -87,7 +89,8 @@ mod tests {
         let brute = |vertex: usize| {
             let curve = &muscles.curves()[0];
             let places: Vec<DVec3> = curve.points.iter().map(|point| point.at(&rig.neutral)).collect();
-            let steps = places.windows(2).flat_map(|pair| (0..=200).map(|step| pair[0].lerp(pair[1], f64::from(step) / 200.0)));
+            let steps =
+                places.windows(2).flat_map(|pair| (0..=200).map(|step| pair[0].lerp(pair[1], f64::from(step) / 200.0)));
             steps.map(|place| place.distance(rig.neutral[vertex].as_dvec3())).fold(f64::INFINITY, f64::min)
         };
         for (vertex, distance) in distances.iter().enumerate() {

@@ -46,13 +46,17 @@ pub fn learn_mesh_space(meshes: &Meshes, components: usize, exact_frames: usize)
         })
         .collect();
     let offsets = super::pose_shapes::offsets(&mean, meshes);
-    let (basis, levels) =
-        if frames <= exact_frames { by_frames(&offsets)? } else { by_range(&offsets, (components + MORE).min(frames))? };
+    let (basis, levels) = if frames <= exact_frames {
+        by_frames(&offsets)?
+    } else {
+        by_range(&offsets, (components + MORE).min(frames))?
+    };
     let largest = levels.first().copied().unwrap_or_default().max(f64::MIN_POSITIVE);
     let told = levels.iter().take(components).take_while(|level| **level > 1e-14 * largest).count();
     let mut modes = Vec::with_capacity(told * mean.len());
     for mode in 0..told {
-        let entry = |vertex: usize| Vec3::from_array(std::array::from_fn(|axis| basis[(3 * vertex + axis, mode)] as f32));
+        let entry =
+            |vertex: usize| Vec3::from_array(std::array::from_fn(|axis| basis[(3 * vertex + axis, mode)] as f32));
         modes.extend((0..mean.len()).map(entry));
     }
     let spreads = levels[..told].iter().map(|level| (level / (frames - 1) as f64).sqrt()).collect();
@@ -79,7 +83,8 @@ fn by_range(offsets: &Mat<f64>, width: usize) -> Result<(Mat<f64>, Vec<f64>), St
     }
     let small = product(range.transpose(), offsets.as_ref());
     let gram = product(small.as_ref(), small.transpose());
-    let eigen = gram.self_adjoint_eigen(Side::Lower).map_err(|_| StrainError::Decomposition { what: "the training meshes" })?;
+    let eigen =
+        gram.self_adjoint_eigen(Side::Lower).map_err(|_| StrainError::Decomposition { what: "the training meshes" })?;
     let levels: Vec<f64> = (0..width).rev().map(|place| eigen.S().column_vector()[place].max(0.0)).collect();
     let vectors = Mat::<f64>::from_fn(width, width, |row, column| eigen.U()[(row, width - 1 - column)]);
     Ok((product(range.as_ref(), vectors.as_ref()), levels))
@@ -97,7 +102,8 @@ fn orthonormal(columns: &Mat<f64>) -> Result<Mat<f64>, StrainError> {
 /// Eigenvectors of a matrix of products, the greatest first, sent through `through` and made of length 1.
 fn turned(gram: &Mat<f64>, through: impl Fn(&Mat<f64>) -> Mat<f64>) -> Result<(Mat<f64>, Vec<f64>), StrainError> {
     let size = gram.nrows();
-    let eigen = gram.self_adjoint_eigen(Side::Lower).map_err(|_| StrainError::Decomposition { what: "the training meshes" })?;
+    let eigen =
+        gram.self_adjoint_eigen(Side::Lower).map_err(|_| StrainError::Decomposition { what: "the training meshes" })?;
     let levels: Vec<f64> = (0..size).rev().map(|place| eigen.S().column_vector()[place].max(0.0)).collect();
     let floor = 1e-28 * levels.first().copied().unwrap_or_default();
     let vectors = Mat::<f64>::from_fn(size, size, |row, column| {
@@ -133,9 +139,18 @@ impl<'s> MeshFitter<'s> {
     ///
     /// # Errors
     /// Where a marker is not attached, or sits on a vertex that the space lacks.
-    pub fn new(space: &'s MeshSpace, attachment: &Attachment, names: &[String], noise_m: f64) -> Result<Self, StrainError> {
+    pub fn new(
+        space: &'s MeshSpace,
+        attachment: &Attachment,
+        names: &[String],
+        noise_m: f64,
+    ) -> Result<Self, StrainError> {
         if !(noise_m.is_finite() && noise_m > 0.0) {
-            return Err(StrainError::Setting { what: "the noise of the markers", value: noise_m, wanted: "a positive number" });
+            return Err(StrainError::Setting {
+                what: "the noise of the markers",
+                value: noise_m,
+                wanted: "a positive number",
+            });
         }
         let points = names.iter().map(|name| {
             attachment.points.iter().find(|point| point.name == *name).ok_or_else(|| crate::data::DataError::Missing {
@@ -147,7 +162,12 @@ impl<'s> MeshFitter<'s> {
         let points = points.collect::<Result<Vec<_>, _>>()?;
         let count = space.mean().len();
         if let Some(vertex) = points.iter().flat_map(|point| point.vertices).find(|vertex| *vertex as usize >= count) {
-            return Err(crate::data::DataError::Index { what: "vertex of a marker".into(), index: vertex as usize, count }.into());
+            return Err(crate::data::DataError::Index {
+                what: "vertex of a marker".into(),
+                index: vertex as usize,
+                count,
+            }
+            .into());
         }
         let see = |marker: usize, positions: &[Vec3]| -> DVec3 {
             let corners = points[marker].vertices.iter().zip(points[marker].weights);
@@ -157,7 +177,9 @@ impl<'s> MeshFitter<'s> {
             space,
             names: names.to_vec(),
             means: (0..points.len()).map(|marker| see(marker, space.mean())).collect(),
-            basis: Mat::from_fn(3 * points.len(), space.spreads_m().len(), |row, mode| see(row / 3, space.mode(mode))[row % 3]),
+            basis: Mat::from_fn(3 * points.len(), space.spreads_m().len(), |row, mode| {
+                see(row / 3, space.mode(mode))[row % 3]
+            }),
             noise_m,
         })
     }
@@ -175,7 +197,11 @@ impl<'s> MeshFitter<'s> {
             let count = seen.iter().filter(|seen| **seen).count();
             if count < 3 {
                 let first = take.frame_axis().slice(&(frame..frame + 1)).first;
-                return Err(StrainError::NotFinite { what: "all but a few markers; the first is", index: 0, frame: first });
+                return Err(StrainError::NotFinite {
+                    what: "all but a few markers; the first is",
+                    index: 0,
+                    frame: first,
+                });
             }
             if !factors.contains_key(seen.as_slice()) {
                 factors.insert(seen, self.factor(seen)?);
@@ -204,7 +230,8 @@ impl<'s> MeshFitter<'s> {
 
     fn fit_frame(&self, markers: &[Vec3], seen: &[bool], factor: &Llt<f64>) -> (Vec<Vec3>, f64) {
         let mut right = Mat::<f64>::zeros(self.basis.ncols(), 1);
-        let offset = |marker: usize| if seen[marker] { markers[marker].as_dvec3() - self.means[marker] } else { DVec3::ZERO };
+        let offset =
+            |marker: usize| if seen[marker] { markers[marker].as_dvec3() - self.means[marker] } else { DVec3::ZERO };
         for marker in (0..markers.len()).filter(|marker| seen[*marker]) {
             for axis in 0..3 {
                 for mode in 0..self.basis.ncols() {
@@ -216,7 +243,8 @@ impl<'s> MeshFitter<'s> {
         let mut squares = 0.0;
         for marker in (0..markers.len()).filter(|marker| seen[*marker]) {
             for axis in 0..3 {
-                let own: f64 = (0..self.basis.ncols()).map(|mode| self.basis[(3 * marker + axis, mode)] * right[(mode, 0)]).sum();
+                let own: f64 =
+                    (0..self.basis.ncols()).map(|mode| self.basis[(3 * marker + axis, mode)] * right[(mode, 0)]).sum();
                 squares += (offset(marker)[axis] - own).powi(2);
             }
         }
@@ -290,9 +318,7 @@ mod tests {
         }
         let axis = wire::FrameAxis::new(frames, 60.0);
         let known = Meshes::new(axis, meshes.parts().to_vec(), 96, positions).unwrap();
-        let see = |frame: usize| {
-            attachment.points.iter().map(move |point| (frame, point))
-        };
+        let see = |frame: usize| attachment.points.iter().map(move |point| (frame, point));
         let mut markers: Vec<Vec3> = (0..frames)
             .flat_map(see)
             .map(|(frame, point)| {

@@ -14,6 +14,7 @@
 
 mod banded;
 mod error;
+mod hanging;
 mod joints;
 mod matrix;
 mod measure;
@@ -24,6 +25,8 @@ mod shapes;
 mod skinning;
 mod solve_jaw;
 mod solve_strains;
+#[cfg(test)]
+mod solve_strains_tests;
 mod surface;
 #[cfg(test)]
 pub(crate) mod toy;
@@ -32,7 +35,9 @@ mod transfer;
 mod unpose;
 
 pub use error::StrainError;
-pub use joints::{JointOptions, NamedJoint, POSE_CHANNELS, Poses, add_joints, euler_rad, joints, measure_poses, pose_channels};
+pub use joints::{
+    JointOptions, NamedJoint, POSE_CHANNELS, Poses, add_joints, euler_rad, joints, measure_poses, pose_channels,
+};
 pub use measure::{distance_penalties, measure_strains};
 pub use mesh_space::{FittedMeshes, MeshFitter, learn_mesh_space};
 pub use muscles::{MusclePlan, Place, PlannedMuscle, mirrored_landmark, spread_muscles, trace_muscles};

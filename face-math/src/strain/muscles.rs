@@ -95,7 +95,12 @@ pub fn mirrored_landmark(landmark: u32) -> u32 {
 ///
 /// # Errors
 /// Where a landmark, part or vertex is not there, places coincide, or the surface does not hang together between two.
-pub fn trace_muscles(rig: &Rig, parts: &[&Part], landmarks: &Attachment, plan: &MusclePlan) -> Result<Muscles, StrainError> {
+pub fn trace_muscles(
+    rig: &Rig,
+    parts: &[&Part],
+    landmarks: &Attachment,
+    plan: &MusclePlan,
+) -> Result<Muscles, StrainError> {
     let tracer = Tracer { rig, surface: Surface::new(&rig.neutral, parts.iter().copied()), landmarks };
     let mut fibres = Vec::new();
     for muscle in &plan.muscles {
@@ -110,7 +115,8 @@ pub fn trace_muscles(rig: &Rig, parts: &[&Part], landmarks: &Attachment, plan: &
             }
         }
     }
-    let curves = fibres.into_par_iter().map(|(muscle, fibre, mirrored, name)| tracer.fibre(muscle, fibre, mirrored, name));
+    let curves =
+        fibres.into_par_iter().map(|(muscle, fibre, mirrored, name)| tracer.fibre(muscle, fibre, mirrored, name));
     Ok(Muscles::new(curves.collect::<Result<_, _>>()?, rig.neutral.len())?)
 }
 
@@ -125,14 +131,23 @@ impl Tracer<'_> {
         StrainError::Muscle { muscle: muscle.to_owned(), problem: problem.into() }
     }
 
-    fn fibre(&self, muscle: &PlannedMuscle, fibre: usize, mirrored: bool, name: String) -> Result<MuscleCurve, StrainError> {
+    fn fibre(
+        &self,
+        muscle: &PlannedMuscle,
+        fibre: usize,
+        mirrored: bool,
+        name: String,
+    ) -> Result<MuscleCurve, StrainError> {
         let share = if muscle.fibres > 1 { fibre as f64 / (muscle.fibres - 1) as f64 } else { 0.5 };
         let lines = std::iter::once(&muscle.origin).chain(&muscle.waypoints).chain(std::iter::once(&muscle.insertion));
         let mut stops: Vec<RidingPoint> = Vec::new();
         for line in lines {
             let places = line.iter().map(|place| self.place(&name, place, mirrored)).collect::<Result<Vec<_>, _>>()?;
-            let at = along(&places, share).ok_or_else(|| self.wrong(&name, "has a line without a place; name one at least"))?;
-            stops.push(self.surface.nearest(at).ok_or_else(|| self.wrong(&name, "finds no surface; name parts with skin"))?);
+            let at = along(&places, share)
+                .ok_or_else(|| self.wrong(&name, "has a line without a place; name one at least"))?;
+            stops.push(
+                self.surface.nearest(at).ok_or_else(|| self.wrong(&name, "finds no surface; name parts with skin"))?,
+            );
         }
         let mut points: Vec<RidingPoint> = vec![stops[0]];
         for pair in stops.windows(2) {
@@ -165,7 +180,9 @@ impl Tracer<'_> {
     /// Where a place is, in metres.
     fn place(&self, muscle: &str, place: &Place, mirrored: bool) -> Result<DVec3, StrainError> {
         let part = |name: &str| {
-            self.rig.part(name).ok_or_else(|| self.wrong(muscle, format!("asks for the part `{name}`, which the head lacks")))
+            self.rig
+                .part(name)
+                .ok_or_else(|| self.wrong(muscle, format!("asks for the part `{name}`, which the head lacks")))
         };
         let flip = |point: DVec3| if mirrored { point * DVec3::new(-1.0, 1.0, 1.0) } else { point };
         match place {
@@ -185,7 +202,9 @@ impl Tracer<'_> {
                 let range = &part(name)?.vertices;
                 let own = range.start + vertex;
                 if own >= range.end {
-                    return Err(self.wrong(muscle, format!("asks for vertex {vertex} of `{name}`, which has {}", range.len())));
+                    return Err(
+                        self.wrong(muscle, format!("asks for vertex {vertex} of `{name}`, which has {}", range.len()))
+                    );
                 }
                 Ok(flip(self.rig.neutral[own as usize].as_dvec3()))
             }
@@ -199,13 +218,23 @@ impl Tracer<'_> {
             DVec3::new(f64::from(u), f64::from(v), 0.0)
         };
         if part.uvs.is_empty() {
-            return Err(self.wrong(muscle, format!("asks for a place in the texture of `{}`, which has none", part.name)));
+            return Err(
+                self.wrong(muscle, format!("asks for a place in the texture of `{}`, which has none", part.name))
+            );
         }
         let wanted = DVec3::new(f64::from(u), f64::from(v), 0.0);
-        let found = part.triangles.iter().map(|triangle| (triangle, crate::rig::closest_on_triangle(wanted, triangle.map(flat))));
+        let found = part
+            .triangles
+            .iter()
+            .map(|triangle| (triangle, crate::rig::closest_on_triangle(wanted, triangle.map(flat))));
         let nearest = found.min_by(|(_, a), (_, b)| a.distance_m.total_cmp(&b.distance_m));
-        let (triangle, point) = nearest.ok_or_else(|| self.wrong(muscle, format!("part `{}` has no triangles", part.name)))?;
-        Ok(triangle.iter().zip(point.weights).map(|(vertex, weight)| weight * self.rig.neutral[*vertex as usize].as_dvec3()).sum())
+        let (triangle, point) =
+            nearest.ok_or_else(|| self.wrong(muscle, format!("part `{}` has no triangles", part.name)))?;
+        Ok(triangle
+            .iter()
+            .zip(point.weights)
+            .map(|(vertex, weight)| weight * self.rig.neutral[*vertex as usize].as_dvec3())
+            .sum())
     }
 }
 
@@ -288,9 +317,8 @@ mod tests {
     #[test]
     fn what_is_missing_is_named() {
         let rig = toy::jointed_head();
-        let error = |text: &str| {
-            trace_muscles(&rig, &[&rig.parts[0]], &landmarks(&rig), &plan(text)).unwrap_err().to_string()
-        };
+        let error =
+            |text: &str| trace_muscles(&rig, &[&rig.parts[0]], &landmarks(&rig), &plan(text)).unwrap_err().to_string();
         let one = |place: &str| format!("(muscles: [(name: \"m\", origin: [{place}], insertion: [landmark(8)])])");
         assert!(error(&one("landmark(33)")).contains("muscle `m`: asks for `landmark_33`"));
         assert!(error(&one("landmark(8)")).contains("one place"));

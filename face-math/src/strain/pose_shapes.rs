@@ -39,7 +39,9 @@ pub fn fit_pose_shapes(rig: &Rig, unposed: &Meshes, poses: &Curves, least_share:
     let targets = offsets(&rig.neutral, unposed);
     let normal = product(values.as_ref(), values.transpose());
     let right = product(values.as_ref(), targets.transpose());
-    let eigen = normal.self_adjoint_eigen(Side::Lower).map_err(|_| StrainError::Decomposition { what: "the motion of the joints" })?;
+    let eigen = normal
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| StrainError::Decomposition { what: "the motion of the joints" })?;
     let (levels, vectors) = (eigen.S().column_vector(), eigen.U());
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let mut inverse = Mat::<f64>::zeros(features.len(), features.len());

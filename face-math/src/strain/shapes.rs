@@ -65,7 +65,9 @@ pub fn fit_strain_shapes<E: From<StrainError>>(
     if frames == 0 || strains_count == 0 {
         return Err(StrainError::TooFewFrames { found: frames.min(strains_count), needed: 1 }.into());
     }
-    for (what, value) in [("the weight of measured strains", options.prior_m2), ("the distance penalty", options.distance_penalty)] {
+    for (what, value) in
+        [("the weight of measured strains", options.prior_m2), ("the distance penalty", options.distance_penalty)]
+    {
         if !(value.is_finite() && value >= 0.0) {
             return Err(StrainError::Setting { what, value, wanted: "0 or more" }.into());
         }
@@ -115,7 +117,9 @@ pub fn expression_shapes(
             let mut solved = Mat::<f64>::from_fn(near.len(), 3, |i, axis| right[(near[i], 3 * vertex + axis)]);
             if !near.is_empty() {
                 let factor = Llt::new(system.as_ref(), Side::Lower);
-                factor.map_err(|_| StrainError::Decomposition { what: "the strains around a vertex" })?.solve_in_place(&mut solved);
+                factor
+                    .map_err(|_| StrainError::Decomposition { what: "the strains around a vertex" })?
+                    .solve_in_place(&mut solved);
             }
             let mut column = Mat::<f64>::zeros(count, 3);
             for (i, s) in near.iter().enumerate() {
@@ -143,7 +147,12 @@ pub fn expression_shapes(
 ///
 /// # Errors
 /// Where E says nothing of some strains and λ is 0.
-pub fn refined_strains(targets: &Mat<f64>, shapes: &Mat<f64>, measured: &Mat<f64>, prior_m2: f64) -> Result<Mat<f64>, StrainError> {
+pub fn refined_strains(
+    targets: &Mat<f64>,
+    shapes: &Mat<f64>,
+    measured: &Mat<f64>,
+    prior_m2: f64,
+) -> Result<Mat<f64>, StrainError> {
     let count = shapes.ncols();
     let mut system = outer(shapes.transpose());
     let largest = (0..count).map(|s| system[(s, s)]).fold(f64::MIN_POSITIVE, f64::max);
@@ -196,7 +205,8 @@ mod tests {
         let measured = Mat::from_fn(6, 50, |_, t| if t == 0 { 0.0 } else { 0.3 * roll() });
         let noise = Mat::from_fn(60, 50, |_, t| if t == 0 { 0.0 } else { 1e-3 * roll() });
         let targets = &shapes * &measured + noise;
-        let penalties = (0..120).map(|at| if at % 17 == 3 { f32::INFINITY } else { roll().abs() as f32 * 3.0 }).collect();
+        let penalties =
+            (0..120).map(|at| if at % 17 == 3 { f32::INFINITY } else { roll().abs() as f32 * 3.0 }).collect();
         Case { targets, measured, penalties }
     }
 
@@ -224,7 +234,8 @@ mod tests {
     #[test]
     fn each_half_is_at_its_least() {
         let case = case();
-        let shapes = expression_shapes(&case.targets, &case.measured, &case.penalties, OPTIONS.distance_penalty).unwrap();
+        let shapes =
+            expression_shapes(&case.targets, &case.measured, &case.penalties, OPTIONS.distance_penalty).unwrap();
         let least = total(&case, &OPTIONS, &shapes, &case.measured);
         for at in 0..360 {
             let (row, strain) = (at / 6, at % 6);

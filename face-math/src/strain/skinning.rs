@@ -47,7 +47,11 @@ pub fn fit_skinning(rig: &Rig, meshes: &Meshes, poses: &Curves, prior_m2: f64) -
     same("vertices of the meshes", rig.neutral.len(), meshes.vertices())?;
     same("frames of the poses", meshes.frames(), poses.frames())?;
     if !(prior_m2.is_finite() && prior_m2 > 0.0) {
-        return Err(StrainError::Setting { what: "the weight of the start", value: prior_m2, wanted: "a positive number" });
+        return Err(StrainError::Setting {
+            what: "the weight of the start",
+            value: prior_m2,
+            wanted: "a positive number",
+        });
     }
     check_meshes(meshes)?;
     let frames = meshes.frames();
@@ -177,10 +181,8 @@ fn fit_vertex(
     prior: f64,
 ) -> Result<(Vec<f32>, [f64; 2]), StrainError> {
     let (count, p) = (start.len(), homogeneous(x));
-    let mut matrix: Vec<f64> = grams
-        .iter()
-        .map(|gram| (0..4).map(|i| p[i] * (0..4).map(|j| gram[i][j] * p[j]).sum::<f64>()).sum())
-        .collect();
+    let mut matrix: Vec<f64> =
+        grams.iter().map(|gram| (0..4).map(|i| p[i] * (0..4).map(|j| gram[i][j] * p[j]).sum::<f64>()).sum()).collect();
     // Σ ‖V − x − Σ w a‖² = Σ ‖V − x‖² − 2 w·r + wᵀ G w.
     let misfit = |weights: &[f64], matrix: &[f64]| {
         let rows = matrix.chunks_exact(count).zip(weights);

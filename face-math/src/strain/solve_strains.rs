@@ -22,15 +22,15 @@
 
 use super::banded::{Banded, Factor, acceleration, acceleration_loss};
 use super::error::{StrainError, same};
+use super::hanging::Hanging;
 use super::joints::{Poses, joints, pose_channels};
 use super::matrix::{outer, pieces, product};
 use super::skinning::check_meshes;
 use super::unpose::{PoseShapes, blend};
 use crate::data::{Curves, Driver, Meshes, Rig};
-use crate::rig::JawPose;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par, Side};
-use glam::{DMat3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 /// The weights of the loss.
@@ -78,10 +78,14 @@ pub fn strain_channels(rig: &Rig) -> Result<Vec<String>, StrainError> {
 fn expression_matrix(rig: &Rig, names: &[String]) -> Result<Mat<f64>, StrainError> {
     let mut shapes = Mat::<f64>::zeros(3 * rig.neutral.len(), names.len());
     for (column, name) in names.iter().enumerate() {
-        let own = rig.channel(name).and_then(|channel| {
-            rig.shapes.iter().find(|shape| shape.driver == Driver::Channel(channel as u32))
-        });
-        let own = own.ok_or_else(|| crate::data::DataError::Missing { what: "shape of strain", name: name.clone(), near: None })?;
+        let own = rig
+            .channel(name)
+            .and_then(|channel| rig.shapes.iter().find(|shape| shape.driver == Driver::Channel(channel as u32)));
+        let own = own.ok_or_else(|| crate::data::DataError::Missing {
+            what: "shape of strain",
+            name: name.clone(),
+            near: None,
+        })?;
         for (vertex, delta) in own.vertices.iter().zip(&own.deltas) {
             for axis in 0..3 {
                 shapes[(3 * *vertex as usize + axis, column)] = f64::from(delta[axis]);
@@ -89,59 +93,6 @@ fn expression_matrix(rig: &Rig, names: &[String]) -> Result<Mat<f64>, StrainErro
         }
     }
     Ok(shapes)
-}
-
-/// The sums G with the skin they belong to.
-struct Hanging {
-    /// For each joint, or pair of joints with shared skin, six matrices: xx, yy, zz, xy, xz, yz (the last three doubled).
-    sums: Vec<(usize, Option<usize>, [Mat<f64>; 6])>,
-}
-
-const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-
-impl Hanging {
-    fn new(weights: &[&[f32]], shapes: &Mat<f64>) -> Self {
-        let mut sums = Vec::new();
-        for k in 0..weights.len() {
-            let own = |vertex: usize| f64::from(weights[k][vertex]);
-            sums.extend(Self::of(shapes, |vertex| own(vertex) * (1.0 - own(vertex))).map(|sum| (k, None, sum)));
-            for l in k + 1..weights.len() {
-                let both = |vertex: usize| own(vertex) * f64::from(weights[l][vertex]);
-                sums.extend(Self::of(shapes, both).map(|sum| (k, Some(l), sum)));
-            }
-        }
-        Self { sums }
-    }
-
-    fn of(shapes: &Mat<f64>, weight: impl Fn(usize) -> f64) -> Option<[Mat<f64>; 6]> {
-        let count = shapes.nrows() / 3;
-        let chosen: Vec<usize> = (0..count).filter(|vertex| weight(*vertex) != 0.0).collect();
-        if chosen.is_empty() {
-            return None;
-        }
-        let rows = |axis: usize, weighed: bool| {
-            Mat::<f64>::from_fn(shapes.ncols(), chosen.len(), |s, at| {
-                shapes[(3 * chosen[at] + axis, s)] * if weighed { weight(chosen[at]) } else { 1.0 }
-            })
-        };
-        Some(PAIRS.map(|(a, b)| {
-            let sum = product(rows(a, true).as_ref(), rows(b, false).transpose());
-            if a == b { sum } else { &sum + sum.transpose() }
-        }))
-    }
-
-    /// The numbers by which the sums count in a frame.
-    fn factors(&self, poses: &[JawPose]) -> Vec<[f64; 6]> {
-        let delta = |joint: usize| poses[joint].rotation - DMat3::IDENTITY;
-        let of = |(k, l, _): &(usize, Option<usize>, [Mat<f64>; 6])| {
-            let symmetric = match l {
-                None => delta(*k) + delta(*k).transpose(),
-                Some(l) => delta(*k).transpose() * delta(*l) + delta(*l).transpose() * delta(*k),
-            };
-            PAIRS.map(|(a, b)| symmetric.col(b)[a])
-        };
-        self.sums.iter().map(of).collect()
-    }
 }
 
 /// The quadratic part of the loss, made ready.
@@ -341,8 +292,11 @@ fn prepare(
     same("vertices of the meshes", rig.neutral.len(), meshes.vertices())?;
     same("frames of the poses", meshes.frames(), poses.frames())?;
     check_meshes(meshes)?;
-    let settings =
-        [("the acceleration's weight", options.acceleration_m2), ("the manifold's weight", options.manifold_m2), ("the ridge", options.ridge_m2)];
+    let settings = [
+        ("the acceleration's weight", options.acceleration_m2),
+        ("the manifold's weight", options.manifold_m2),
+        ("the ridge", options.ridge_m2),
+    ];
     for (what, value) in settings {
         if !(value.is_finite() && value >= 0.0) {
             return Err(StrainError::Setting { what, value, wanted: "0 or more" });
@@ -362,14 +316,18 @@ fn prepare(
     let (mut right, mut squares) = (Mat::<f64>::zeros(count, frames), Vec::with_capacity(frames));
     for first in (0..frames).step_by(64) {
         let last = (first + 64).min(frames);
-        let columns: Vec<(Vec<f64>, f64)> =
-            (first..last).into_par_iter().map(|frame| pulled(rig, meshes, &weights, &pose_shapes, &at, frame)).collect();
+        let columns: Vec<(Vec<f64>, f64)> = (first..last)
+            .into_par_iter()
+            .map(|frame| pulled(rig, meshes, &weights, &pose_shapes, &at, frame))
+            .collect();
         let pulled = Mat::<f64>::from_fn(shapes.nrows(), last - first, |row, t| columns[t].0[row]);
         let own = product(shapes.transpose(), pulled.as_ref());
         right.subcols_mut(first, last - first).copy_from(&own);
         squares.extend(columns.iter().map(|(_, square)| square));
     }
-    let eigen = normal.self_adjoint_eigen(Side::Lower).map_err(|_| StrainError::Decomposition { what: "the expression shapes" })?;
+    let eigen = normal
+        .self_adjoint_eigen(Side::Lower)
+        .map_err(|_| StrainError::Decomposition { what: "the expression shapes" })?;
     let levels = eigen.S().column_vector();
     let largest = levels.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     // Directions that the shapes do not tell apart from rounding are held by a ridge.
@@ -398,7 +356,14 @@ fn prepare(
 }
 
 /// Bᵀ (V − M(θ, 0)) of a frame, and ‖V − M(θ, 0)‖².
-fn pulled(rig: &Rig, meshes: &Meshes, weights: &[&[f32]], shapes: &PoseShapes, at: &Poses, frame: usize) -> (Vec<f64>, f64) {
+fn pulled(
+    rig: &Rig,
+    meshes: &Meshes,
+    weights: &[&[f32]],
+    shapes: &PoseShapes,
+    at: &Poses,
+    frame: usize,
+) -> (Vec<f64>, f64) {
     let mut offsets = vec![Vec3::ZERO; rig.neutral.len()];
     shapes.add(rig, frame, &mut offsets);
     let (mut column, mut square) = (Vec::with_capacity(3 * offsets.len()), 0.0);
@@ -410,89 +375,4 @@ fn pulled(rig: &Rig, meshes: &Meshes, weights: &[&[f32]], shapes: &PoseShapes, a
         column.extend((matrix.transpose() * residual).to_array());
     }
     (column, square)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::strain::toy;
-
-    const OPTIONS: StrainSolveOptions =
-        StrainSolveOptions { acceleration_m2: 0.0, manifold_m2: 0.0, ridge_m2: 0.0, steps: 30 };
-
-    fn case() -> (Rig, Curves, Curves, Meshes) {
-        let rig = toy::with_shapes(&toy::jointed_head(), 5, 0.01);
-        let (poses, strains) = (toy::pose_curves(&rig, 12), toy::values(&rig.channels[9..], 12, 0.5, 6));
-        let meshes = toy::evaluated(&rig, &toy::beside(&poses, &strains));
-        (rig, poses, strains, meshes)
-    }
-
-    /// L by the rig itself, with no algebra.
-    fn loss(rig: &Rig, poses: &Curves, meshes: &Meshes, strains: &Curves, options: &StrainSolveOptions) -> f64 {
-        let own = toy::evaluated(rig, &toy::beside(poses, strains));
-        let data: f64 = own.positions().iter().zip(meshes.positions()).map(|(a, b)| a.as_dvec3().distance_squared(b.as_dvec3())).sum();
-        let values: Vec<f64> = strains.values().iter().map(|value| f64::from(*value)).collect();
-        data + options.acceleration_m2 * acceleration_loss(&values, strains.channels().len())
-            + options.ridge_m2 * values.iter().map(|value| value * value).sum::<f64>()
-    }
-
-    #[test]
-    fn strains_that_drove_meshes_are_found_again() {
-        let (rig, poses, strains, meshes) = case();
-        let solved = solve_strains(&rig, &meshes, &poses, &OPTIONS, None, || true).unwrap().unwrap();
-        assert_eq!(solved.strains.channels(), strains.channels());
-        for (a, b) in solved.strains.values().iter().zip(strains.values()) {
-            assert!((a - b).abs() < 1e-5, "{a} {b}");
-        }
-        assert!(solved.residual_m.iter().all(|residual| *residual < 1e-7));
-        assert!(solve_strains(&rig, &meshes, &poses, &OPTIONS, None, || false).unwrap().is_none());
-    }
-
-    /// By finite differences of the loss as the rig itself gives it: its slope is nought at the answer.
-    #[test]
-    fn the_slope_of_the_whole_loss_is_nought() {
-        let (rig, poses, strains, meshes) = case();
-        let noisy = meshes.positions().iter().enumerate().map(|(at, point)| *point + Vec3::splat(((at * 7) % 11) as f32 * 1e-4));
-        let meshes = Meshes::new(meshes.frame_axis(), meshes.parts().to_vec(), 96, noisy.collect()).unwrap();
-        let options = StrainSolveOptions { acceleration_m2: 1e-3, ridge_m2: 1e-5, ..OPTIONS };
-        let solved = solve_strains(&rig, &meshes, &poses, &options, None, || true).unwrap().unwrap().strains;
-        let scale = loss(&rig, &poses, &meshes, &strains, &options);
-        for at in 0..solved.values().len() {
-            let moved = |by: f32| {
-                let mut values = solved.values().to_vec();
-                values[at] += by;
-                let moved = Curves::new(solved.frame_axis(), solved.channels().to_vec(), values).unwrap();
-                loss(&rig, &poses, &meshes, &moved, &options)
-            };
-            let (up, down) = (moved(0.02), moved(-0.02));
-            let curve = up + down - 2.0 * moved(0.0);
-            assert!((up - down).abs() < 2e-3 * curve.abs() + 1e-9 * scale, "{at}: {up} {down}");
-        }
-    }
-
-    /// A manifold that wants every strain to be a tenth of a sine of itself.
-    struct Sines;
-
-    impl Manifold for Sines {
-        fn residual(&self, strains: &[f64], _: &[f64]) -> Vec<f64> {
-            strains.iter().map(|strain| 0.1 * (3.0 * strain).sin() - strain).collect()
-        }
-
-        fn pull_back(&self, strains: &[f64], _: &[f64], by: &[f64]) -> Vec<f64> {
-            strains.iter().zip(by).map(|(strain, by)| by * (0.3 * (3.0 * strain).cos() - 1.0)).collect()
-        }
-    }
-
-    #[test]
-    fn with_a_manifold_the_loss_falls_to_where_its_slope_is_nought() {
-        let (rig, poses, _, meshes) = case();
-        let options = StrainSolveOptions { manifold_m2: 2e-3, acceleration_m2: 1e-4, steps: 200, ..OPTIONS };
-        let solved = solve_strains(&rig, &meshes, &poses, &options, Some(&Sines), || true).unwrap().unwrap();
-        assert!(solved.losses_m2.windows(2).all(|pair| pair[1] < pair[0]) && solved.losses_m2.len() > 2);
-        let free = solve_strains(&rig, &meshes, &poses, &OPTIONS, None, || true).unwrap().unwrap();
-        let size = |curves: &Curves| curves.values().iter().map(|value| value.abs()).sum::<f32>();
-        assert!(size(&solved.strains) < 0.95 * size(&free.strains));
-        let off = StrainSolveOptions { manifold_m2: f64::NAN, ..options };
-        assert!(solve_strains(&rig, &meshes, &poses, &off, Some(&Sines), || true).is_err());
-    }
 }

@@ -101,7 +101,8 @@ pub(super) fn matrix(curves: &Curves) -> Result<Mat<f64>, StrainError> {
 fn with_channels(rig: &Rig, names: &[String], shapes: &Mat<f64>) -> Result<Rig, StrainError> {
     let mut out = rig.clone();
     for (column, name) in names.iter().enumerate() {
-        let delta = |vertex: usize| Vec3::from_array(std::array::from_fn(|axis| shapes[(3 * vertex + axis, column)] as f32));
+        let delta =
+            |vertex: usize| Vec3::from_array(std::array::from_fn(|axis| shapes[(3 * vertex + axis, column)] as f32));
         let (vertices, deltas) = sparse((0..rig.neutral.len()).map(delta));
         let driver = Driver::Channel(out.channels.len() as u32);
         out.channels.push(name.clone());
@@ -127,7 +128,11 @@ pub struct MeshError {
 ///
 /// # Errors
 /// Where a position is not finite.
-pub fn mesh_error<'m>(truth: &Meshes, chosen: &[usize], found: impl Fn(usize) -> &'m [Vec3]) -> Result<MeshError, StrainError> {
+pub fn mesh_error<'m>(
+    truth: &Meshes,
+    chosen: &[usize],
+    found: impl Fn(usize) -> &'m [Vec3],
+) -> Result<MeshError, StrainError> {
     let frames = truth.frames();
     let mut error = MeshError {
         mean_m: Vec::with_capacity(frames),

@@ -141,7 +141,8 @@ impl<'r> Transfer<'r> {
         }
         let warp = Warp::new(&from, &to, options.smoothing_m)?;
         let warped: Vec<Vec3> = actor.neutral.par_iter().map(|point| warp.apply(point.as_dvec3()).as_vec3()).collect();
-        let mut riding = vec![(RidingPoint { vertices: [0; 3], weights: [1.0, 0.0, 0.0] }, DVec3::ZERO); character.neutral.len()];
+        let mut riding =
+            vec![(RidingPoint { vertices: [0; 3], weights: [1.0, 0.0, 0.0] }, DVec3::ZERO); character.neutral.len()];
         for part in &character.parts {
             let Some(own) = parts.iter().find(|own| own.name == part.name).or_else(|| parts.first()) else { continue };
             let surface = Surface::new(&warped, [*own]);

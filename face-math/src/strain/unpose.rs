@@ -139,7 +139,8 @@ mod tests {
         rig.jaw.as_mut().unwrap().weights[20] = 0.5;
         let mut values = toy::still(&toy::pose_curves(&rig, 2)).values().to_vec();
         values[9] = std::f32::consts::PI;
-        let poses = Curves::new(wire::FrameAxis { first: 7, count: 2, rate_hz: 1.0 }, rig.channels.clone(), values).unwrap();
+        let poses =
+            Curves::new(wire::FrameAxis { first: 7, count: 2, rate_hz: 1.0 }, rig.channels.clone(), values).unwrap();
         let meshes = toy::evaluated(&rig, &poses);
         let error = unpose_meshes(&rig, &meshes, &poses, Keep::Strains).err();
         assert!(matches!(error, Some(StrainError::Flat { frame: 8, vertex: 20, .. })), "{error:?}");

@@ -35,7 +35,8 @@ impl Node for MergeCurves {
         }
         let channels = all.iter().flat_map(|(_, curves)| curves.channels()).cloned().collect();
         let values = (0..axis.count).flat_map(|frame| all.iter().flat_map(move |(_, curves)| curves.frame(frame)));
-        let merged = Curves::new(axis, channels, values.copied().collect()).map_err(|error| wrong(error.to_string()))?;
+        let merged =
+            Curves::new(axis, channels, values.copied().collect()).map_err(|error| wrong(error.to_string()))?;
         Ok(Outputs::default().with(&MERGED, merged))
     }
 }
@@ -49,7 +50,8 @@ mod tests {
     #[test]
     fn channels_stand_side_by_side() {
         let curves = toy::curves(5, 1);
-        let halves = [&curves.channels()[..1], &curves.channels()[1..]].map(|names| curves.arrange(names, None).unwrap());
+        let halves =
+            [&curves.channels()[..1], &curves.channels()[1..]].map(|names| curves.arrange(names, None).unwrap());
         let [a, b] = halves;
         let merge = |list: Vec<(String, Curves)>| {
             let outputs = compute(&MergeCurves {}, &Inputs::default().with_list(&CURVES, list));

@@ -3,6 +3,7 @@
 mod attach_markers;
 mod evaluate_rig;
 mod facs_sweep;
+mod join_meshes;
 mod join_shapes;
 mod keep_parts;
 mod merge_curves;
@@ -19,6 +20,7 @@ pub(crate) mod toy;
 pub use attach_markers::AttachMarkers;
 pub use evaluate_rig::EvaluateRig;
 pub use facs_sweep::FacsSweep;
+pub use join_meshes::JoinMeshes;
 pub use join_shapes::JoinShapes;
 pub use keep_parts::KeepParts;
 pub use merge_curves::MergeCurves;

@@ -8,7 +8,8 @@ use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-const RIG: Port<Rig> = Port::new("rig", "a head; its own skin (or its split jaw) tells who follows the jaw to begin with");
+const RIG: Port<Rig> =
+    Port::new("rig", "a head; its own skin (or its split jaw) tells who follows the jaw to begin with");
 const BASE: Port<Rig> = Port::new(
     "rig",
     "the same surface with joints and no shapes: its channels are `jaw_turn_x_rad`, `jaw_move_y_m` and so on, the pose itself",
@@ -57,7 +58,10 @@ impl Node for AddJoints {
         let rig = inputs.get(&RIG)?;
         let names: Vec<String> = rig.parts.iter().map(|part| part.name.clone()).collect();
         if self.jaw_parts.is_empty() {
-            return Err(NodeError::parameter("jaw_parts", "name a part that only the jaw moves, such as `teeth_lower`"));
+            return Err(NodeError::parameter(
+                "jaw_parts",
+                "name a part that only the jaw moves, such as `teeth_lower`",
+            ));
         }
         let mut joints = Vec::new();
         for (name, parameter, patterns) in [

@@ -28,7 +28,9 @@ impl Node for FitLinearRig {
         context.go_on()?;
         let rig = fit_linear_rig(inputs.get(&RIG)?, inputs.get(&MESHES)?, inputs.get(&CURVES)?);
         let rig = rig.map_err(|error| match error {
-            StrainError::NotFinite { what: "channel", .. } | StrainError::Data(_) => NodeError::input(CURVES.name(), error),
+            StrainError::NotFinite { what: "channel", .. } | StrainError::Data(_) => {
+                NodeError::input(CURVES.name(), error)
+            }
             _ => NodeError::input(MESHES.name(), error),
         })?;
         Ok(Outputs::default().with(&LINEAR, rig))
@@ -45,7 +47,10 @@ mod tests {
     fn it_has_the_channels_and_comes_near() {
         let curves = toy::motion(6);
         let meshes = toy::evaluated(&toy::ACTOR, &curves);
-        let inputs = Inputs::default().with(&RIG, toy::ACTOR.clone()).with(&MESHES, meshes.clone()).with(&CURVES, curves.clone());
+        let inputs = Inputs::default()
+            .with(&RIG, toy::ACTOR.clone())
+            .with(&MESHES, meshes.clone())
+            .with(&CURVES, curves.clone());
         let outputs = compute(&FitLinearRig {}, &inputs).unwrap();
         let linear = outputs.get(&LINEAR).unwrap();
         assert_eq!(linear.channels, toy::ACTOR.channels);

@@ -7,12 +7,14 @@ use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-const MARKERS: Port<Markers> = Port::new("markers", "a take, the head held still, in metres; missing markers are left out");
+const MARKERS: Port<Markers> =
+    Port::new("markers", "a take, the head held still, in metres; missing markers are left out");
 const SPACE: Port<MeshSpace> = Port::new("space", "the meshes that the face takes (`learn_mesh_space`)");
 const ATTACHMENT: Port<Attachment> = Port::new("attachment", "where markers sit on the rig");
 const RIG: Port<Rig> = Port::new("rig", "the rig whose parts the meshes are of");
 const MESHES: Port<Meshes> = Port::new("meshes", "the likeliest mesh of each frame, in metres");
-const RESIDUAL: Port<Curves> = Port::new("residual", "`rms_mm`: how far its markers are from the captured ones, in each frame");
+const RESIDUAL: Port<Curves> =
+    Port::new("residual", "`rms_mm`: how far its markers are from the captured ones, in each frame");
 
 /// Finds the mesh of each frame that lies best under its markers: likely by the training meshes, and near by the markers.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -71,8 +73,13 @@ mod tests {
         let meshes = toy::evaluated(&toy::ACTOR, &motion);
         let face = HEAD.neutral_markers.pick(&["chin"].map(str::to_owned)).err().map(|_| ()).is_some();
         assert!(face);
-        let names: Vec<String> =
-            HEAD.neutral_markers.names().iter().filter(|name| name.starts_with("lip") || name.starts_with("jaw")).cloned().collect();
+        let names: Vec<String> = HEAD
+            .neutral_markers
+            .names()
+            .iter()
+            .filter(|name| name.starts_with("lip") || name.starts_with("jaw"))
+            .cloned()
+            .collect();
         let neutral = HEAD.neutral_markers.pick(&names).unwrap();
         let attachment = attach_markers(&toy::ACTOR, &neutral, &AttachOptions::default()).unwrap().attachment;
         let take = MarkerRig::attached(&toy::ACTOR, &attachment).unwrap().drive(&motion).unwrap();

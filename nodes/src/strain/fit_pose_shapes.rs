@@ -10,8 +10,10 @@ const RIG: Port<Rig> = Port::new("rig", "a head with fitted skinning (`fit_skinn
 const MESHES: Port<Meshes> =
     Port::new("meshes", "its meshes with skinning undone (`unpose_meshes` with `keep_pose_shapes`), in metres");
 const POSES: Port<Curves> = Port::new("poses", "the poses of the joints in the same frames");
-const CORRECTED: Port<Rig> =
-    Port::new("rig", "the same head with nine pose shapes a joint, driven by its rotation, and three for the jaw's translation");
+const CORRECTED: Port<Rig> = Port::new(
+    "rig",
+    "the same head with nine pose shapes a joint, driven by its rotation, and three for the jaw's translation",
+);
 
 /// Fits pose shapes to unposed meshes: the least-squares answer, and of all equally good ones the smallest.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
@@ -58,7 +60,8 @@ mod tests {
         let poses = measure_poses(&toy::BASE, &meshes).unwrap();
         let unposed = unpose_meshes(&toy::BASE, &meshes, &poses, Keep::PoseShapes).unwrap();
         let node: FitPoseShapes = made(json!({}));
-        let inputs = Inputs::default().with(&RIG, toy::BASE.clone()).with(&MESHES, unposed.clone()).with(&POSES, poses.clone());
+        let inputs =
+            Inputs::default().with(&RIG, toy::BASE.clone()).with(&MESHES, unposed.clone()).with(&POSES, poses.clone());
         let outputs = compute(&node, &inputs).unwrap();
         let rig = outputs.get(&CORRECTED).unwrap();
         assert_eq!(rig.shapes.len(), 12 + 27);

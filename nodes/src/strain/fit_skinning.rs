@@ -65,7 +65,8 @@ mod tests {
         let mut blind = toy::BASE.clone();
         let face = blind.parts[0].vertices.end as usize;
         blind.jaw.as_mut().unwrap().weights[..face].fill(0.0);
-        let inputs = Inputs::default().with(&RIG, blind.clone()).with(&MESHES, meshes.clone()).with(&POSES, poses.clone());
+        let inputs =
+            Inputs::default().with(&RIG, blind.clone()).with(&MESHES, meshes.clone()).with(&POSES, poses.clone());
         let outputs = compute(&node, &inputs).unwrap();
         let fitted = outputs.get(&SKINNED).unwrap();
         assert!(fitted.all_joints().all(|joint| joint.weights.iter().all(|weight| (0.0..=1.0).contains(weight))));

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 const RIG: Port<Rig> = Port::new("rig", "a head with joints and pose shapes (`fit_pose_shapes`)");
-const MESHES: Port<Meshes> = Port::new("meshes", "its meshes unposed, pose shapes taken off (`unpose_meshes`), in metres");
+const MESHES: Port<Meshes> =
+    Port::new("meshes", "its meshes unposed, pose shapes taken off (`unpose_meshes`), in metres");
 const STRAINS: Port<Curves> = Port::new("strains", "strains of the muscles in the same frames (`measure_strains`)");
 const MUSCLES: Port<Muscles> = Port::new("muscles", "the muscles, for their distances from the skin");
 const TRAINED: Port<Rig> = Port::new("rig", "the strain rig: a channel and a shape for each muscle fibre");
@@ -108,14 +109,19 @@ mod tests {
         let face = &toy::BASE.parts[0].triangles;
         let fibre = |at: usize| {
             let point = |triangle: &[u32; 3]| RidingPoint { vertices: *triangle, weights: [0.3, 0.3, 0.4] };
-            let points = vec![point(&face[at * face.len() / 24]), point(&face[(at * face.len() / 24 + 61) % face.len()])];
+            let points =
+                vec![point(&face[at * face.len() / 24]), point(&face[(at * face.len() / 24 + 61) % face.len()])];
             let mut curve = MuscleCurve { name: format!("m{at}"), points, rest_length_m: 1.0 };
             curve.rest_length_m = curve.length_m(&toy::BASE.neutral);
             curve
         };
         let muscles = Muscles::new((0..24).map(fibre).collect(), toy::BASE.neutral.len()).unwrap();
         let strains = measure_strains(&muscles, &meshes).unwrap();
-        Inputs::default().with(&RIG, toy::BASE.clone()).with(&MESHES, unposed).with(&STRAINS, strains).with(&MUSCLES, muscles)
+        Inputs::default()
+            .with(&RIG, toy::BASE.clone())
+            .with(&MESHES, unposed)
+            .with(&STRAINS, strains)
+            .with(&MUSCLES, muscles)
     }
 
     #[test]

@@ -39,7 +39,8 @@ impl Node for LearnMeshSpace {
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
         context.go_on()?;
         let meshes = inputs.get(&MESHES)?;
-        context.claim("components", 24 * meshes.vertices() * (meshes.frames() + self.components.min(meshes.frames())))?;
+        context
+            .claim("components", 24 * meshes.vertices() * (meshes.frames() + self.components.min(meshes.frames())))?;
         let space = learn_mesh_space(meshes, self.components, self.exact_frames);
         Ok(Outputs::default().with(&SPACE, space.map_err(|error| NodeError::input(MESHES.name(), error))?))
     }
@@ -61,6 +62,8 @@ mod tests {
         assert_eq!(space.spreads_m().len(), 8);
         assert!(space.spreads_m().windows(2).all(|pair| pair[0] >= pair[1]));
         let one = toy::evaluated(&toy::ACTOR, &toy::motion(600));
-        assert!(compute(&node, &Inputs::default().with(&MESHES, one)).unwrap_err().to_string().contains("2 are needed"));
+        assert!(
+            compute(&node, &Inputs::default().with(&MESHES, one)).unwrap_err().to_string().contains("2 are needed")
+        );
     }
 }

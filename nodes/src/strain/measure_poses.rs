@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 const RIG: Port<Rig> = Port::new("rig", "a head with joints (`add_joints`)");
 const MESHES: Port<Meshes> = Port::new("meshes", "its animated meshes, in metres");
-const POSES: Port<Curves> = Port::new("poses", "the pose of every joint, in radians and metres, as channels of the rig");
+const POSES: Port<Curves> =
+    Port::new("poses", "the pose of every joint, in radians and metres, as channels of the rig");
 
 /// Measures the pose of every joint by the parts that follow it wholly: the rigid motion nearest to them.
 ///

@@ -8,8 +8,10 @@ use serde::{Deserialize, Serialize};
 
 const MUSCLES: Port<Muscles> = Port::new("muscles", "muscle fibres of the head (`trace_muscles`)");
 const MESHES: Port<Meshes> = Port::new("meshes", "animated meshes of the same head, in metres; all its vertices");
-const STRAINS: Port<Curves> =
-    Port::new("strains", "length over rest length, less 1, of every fibre; exactly 0 at rest, 0.1 where it is a tenth longer");
+const STRAINS: Port<Curves> = Port::new(
+    "strains",
+    "length over rest length, less 1, of every fibre; exactly 0 at rest, 0.1 where it is a tenth longer",
+);
 
 /// Measures the strain of every muscle fibre: its length over its length at rest, less 1.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]

@@ -11,10 +11,12 @@ use serde::{Deserialize, Serialize};
 
 const TRUTH: Port<Meshes> = Port::new("truth", "the meshes as they should be, in metres");
 const MESHES: Port<Meshes> = Port::new("meshes", "the meshes that are measured, of the same parts and frames");
-const RIG: Port<Rig> = Port::new("rig", "in place of meshes: a rig whose neutral face is measured, as if nothing moved");
+const RIG: Port<Rig> =
+    Port::new("rig", "in place of meshes: a rig whose neutral face is measured, as if nothing moved");
 const ERROR: Port<Curves> =
     Port::new("error", "`mean_mm`, `rms_mm` and `max_mm` over the vertices, in each frame, in millimetres");
-const SCORES: Port<Scores> = Port::new("scores", "mean distance over all frames and vertices in millimetres, with `rms_mm` and `max_mm`");
+const SCORES: Port<Scores> =
+    Port::new("scores", "mean distance over all frames and vertices in millimetres, with `rms_mm` and `max_mm`");
 
 /// Measures the distances between the vertices of meshes and those of the true meshes.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
@@ -41,7 +43,8 @@ impl Node for MeshError {
         let names: Vec<String> = truth.parts().iter().map(|part| part.name.clone()).collect();
         let chosen = Patterns { parameter: "parts", what: "part", names: &names }.chosen(&self.parts)?;
         let parts = truth.parts().iter().filter(|part| chosen.contains(&part.name));
-        let vertices: Vec<usize> = parts.flat_map(|part| part.vertices.start as usize..part.vertices.end as usize).collect();
+        let vertices: Vec<usize> =
+            parts.flat_map(|part| part.vertices.start as usize..part.vertices.end as usize).collect();
         let misfit = |port: &str, found: usize, what: &str, needed: usize| {
             Err(NodeError::input(port, format!("{found} {what} beside {needed} of the truth")))
         };

@@ -13,30 +13,30 @@ mod measure_strains;
 mod mesh_error;
 mod solve_jaw_pose;
 mod solve_strains;
-mod train_strain_autoencoder;
 #[cfg(test)]
 mod toy;
 mod trace_muscles;
+mod train_strain_autoencoder;
 mod transfer_guides;
 mod transfer_meshes;
 mod unpose_meshes;
 
 pub use add_joints::AddJoints;
-pub use fit_mesh_targets::FitMeshTargets;
-pub use learn_mesh_space::LearnMeshSpace;
-pub use solve_jaw_pose::SolveJawPose;
-pub use transfer_guides::TransferGuides;
-pub use transfer_meshes::TransferMeshes;
 pub use fit_linear_rig::FitLinearRig;
+pub use fit_mesh_targets::FitMeshTargets;
 pub use fit_pose_shapes::FitPoseShapes;
 pub use fit_skinning::FitSkinning;
 pub use fit_strain_shapes::FitStrainShapes;
+pub use learn_mesh_space::LearnMeshSpace;
 pub use measure_poses::MeasurePoses;
 pub use measure_strains::MeasureStrains;
 pub use mesh_error::MeshError;
+pub use solve_jaw_pose::SolveJawPose;
 pub use solve_strains::SolveStrains;
-pub use train_strain_autoencoder::TrainStrainAutoencoder;
 pub use trace_muscles::TraceMuscles;
+pub use train_strain_autoencoder::TrainStrainAutoencoder;
+pub use transfer_guides::TransferGuides;
+pub use transfer_meshes::TransferMeshes;
 pub use unpose_meshes::UnposeMeshes;
 
 use face_math::data::{Curves, Meshes};
@@ -49,7 +49,10 @@ fn fault(error: StrainError) -> NodeError {
     let port = match &error {
         StrainError::Rig(_) | StrainError::NoJoints { .. } | StrainError::NothingRigid { .. } => "rig",
         StrainError::Data(_) | StrainError::NotFinite { what: "pose channel", .. } => "poses",
-        StrainError::Count { .. } | StrainError::NotFinite { .. } | StrainError::Flat { .. } | StrainError::TooFewFrames { .. } => "meshes",
+        StrainError::Count { .. }
+        | StrainError::NotFinite { .. }
+        | StrainError::Flat { .. }
+        | StrainError::TooFewFrames { .. } => "meshes",
         _ => return NodeError::failed(error),
     };
     NodeError::input(port, error)

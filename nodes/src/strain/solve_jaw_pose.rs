@@ -8,12 +8,14 @@ use serde::{Deserialize, Serialize};
 
 const RIG: Port<Rig> = Port::new("rig", "a strain rig, or one with pose shapes alone");
 const MESHES: Port<Meshes> = Port::new("meshes", "the meshes to reproduce, in metres; all vertices of the rig");
-const POSES: Port<Curves> = Port::new("poses", "known poses of the other joints, such as eyes; at rest where left open");
+const POSES: Port<Curves> =
+    Port::new("poses", "known poses of the other joints, such as eyes; at rest where left open");
 const STRAINS: Port<Curves> = Port::new(
     "strains",
     "strains that the face takes (those of the training); vertices that they move count less. All count alike where left open",
 );
-const SOLVED: Port<Curves> = Port::new("poses", "the poses of all joints: the jaw's as solved, the others as they were given");
+const SOLVED: Port<Curves> =
+    Port::new("poses", "the poses of all joints: the jaw's as solved, the others as they were given");
 const RESIDUAL: Port<Curves> = Port::new("residual", "`rms_mm`: root mean square distance that is left, in each frame");
 
 /// Solves the jaw of a whole take at once, calm over time. Expressions are taken to be at rest, as in the paper.

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 
 const RIG: Port<Rig> = Port::new("rig", "a strain rig (`fit_strain_shapes`)");
 const MESHES: Port<Meshes> = Port::new("meshes", "the meshes to reproduce, in metres; all vertices of the rig");
-const POSES: Port<Curves> = Port::new("poses", "the poses of the joints in the same frames (`measure_poses`, `solve_jaw_pose`)");
+const POSES: Port<Curves> =
+    Port::new("poses", "the poses of the joints in the same frames (`measure_poses`, `solve_jaw_pose`)");
 const AUTOENCODER: Port<StrainAutoencoder> =
     Port::new("autoencoder", "the manifold of plausible strains (`train_strain_autoencoder`); none where left open");
 const STRAINS: Port<Curves> = Port::new("strains", "the solved strains");
@@ -62,11 +63,14 @@ impl Node for SolveStrains {
             steps: self.steps,
         };
         let manifold = match inputs.may_get(&AUTOENCODER)? {
-            Some(autoencoder) => Some(autoencoder.on(rig).map_err(|error| NodeError::input(AUTOENCODER.name(), error))?),
+            Some(autoencoder) => {
+                Some(autoencoder.on(rig).map_err(|error| NodeError::input(AUTOENCODER.name(), error))?)
+            }
             None => None,
         };
         let manifold = manifold.as_ref().map(|manifold| manifold as &dyn Manifold);
-        let solved = solve_strains(rig, meshes, poses, &options, manifold, || !context.cancelled()).map_err(super::fault)?;
+        let solved =
+            solve_strains(rig, meshes, poses, &options, manifold, || !context.cancelled()).map_err(super::fault)?;
         let solved = solved.ok_or(NodeError::Cancelled)?;
         let residual = super::millimetres(meshes, "rms_mm", &solved.residual_m)?;
         Ok(Outputs::default().with(&STRAINS, solved.strains).with(&RESIDUAL, residual))
@@ -102,7 +106,8 @@ mod tests {
         let strains = motion.arrange(&rig.channels[12..], None).unwrap();
         let values = (0..poses.frames()).flat_map(|frame| [poses.frame(frame), strains.frame(frame)].concat());
         let both = Curves::new(poses.frame_axis(), rig.channels.clone(), values.collect()).unwrap();
-        let inputs = Inputs::default().with(&RIG, rig.clone()).with(&MESHES, toy::evaluated(&rig, &both)).with(&POSES, poses);
+        let inputs =
+            Inputs::default().with(&RIG, rig.clone()).with(&MESHES, toy::evaluated(&rig, &both)).with(&POSES, poses);
         let node: SolveStrains = made(json!({}));
         let outputs = compute(&node, &inputs).unwrap();
         for (a, b) in outputs.get(&STRAINS).unwrap().values().iter().zip(strains.values()) {

@@ -23,7 +23,8 @@ pub(super) static BASE: LazyLock<Rig> = LazyLock::new(|| {
         moves,
         pivot_m: None,
     };
-    let joints = [joint("jaw", "teeth_lower", true), joint("eye_L", "eyeball_L", false), joint("eye_R", "eyeball_R", false)];
+    let joints =
+        [joint("jaw", "teeth_lower", true), joint("eye_L", "eyeball_L", false), joint("eye_R", "eyeball_R", false)];
     add_joints(&ACTOR, &joints).unwrap()
 });
 

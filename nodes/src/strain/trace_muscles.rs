@@ -8,8 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 const RIG: Port<Rig> = Port::new("rig", "the head that muscles are laid on, in its neutral pose");
-const LANDMARKS: Port<Attachment> =
-    Port::new("landmarks", "landmarks on the head: `landmark_00` to `landmark_67` (`load_rig_landmarks`, `sample_actor`)");
+const LANDMARKS: Port<Attachment> = Port::new(
+    "landmarks",
+    "landmarks on the head: `landmark_00` to `landmark_67` (`load_rig_landmarks`, `sample_actor`)",
+);
 const MUSCLES: Port<Muscles> = Port::new("muscles", "the fibres as curves that ride on the surface");
 
 /// Lays muscles on a head: each fibre is the shortest way on the skin from its origin over its waypoints to its insertion.

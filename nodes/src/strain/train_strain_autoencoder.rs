@@ -83,7 +83,8 @@ mod tests {
 
     #[test]
     fn it_is_trained_and_round_trips() {
-        let node: TrainStrainAutoencoder = made(json!({"training": {"hidden": 16, "latent": 8, "epochs": 30}}));
+        let node: TrainStrainAutoencoder =
+            made(json!({"training": {"hidden": 16, "latent": 8, "epochs": 30, "batch": 8, "learning_rate": 0.03}}));
         let outputs = compute(&node, &inputs()).unwrap();
         let trained = outputs.get(&AUTOENCODER).unwrap();
         assert!(trained.losses[29] < 0.8 * trained.losses[0], "{:?}", trained.losses);

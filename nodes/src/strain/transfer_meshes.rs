@@ -11,8 +11,10 @@ const MESHES: Port<Meshes> = Port::new("meshes", "the actor's meshes, in metres"
 const ACTOR: Port<Rig> = Port::new("actor", "the actor at rest");
 const CHARACTER: Port<Rig> = Port::new("character", "the character at rest; its parts are named as the actor's are");
 const ACTOR_LANDMARKS: Port<Attachment> = Port::new("actor_landmarks", "landmarks on the actor");
-const CHARACTER_LANDMARKS: Port<Attachment> = Port::new("character_landmarks", "the same landmarks on the character, by name");
-const ACTOR_MUSCLES: Port<Muscles> = Port::new("actor_muscles", "muscle curves on the actor, which guide the warp; landmarks alone do where left open");
+const CHARACTER_LANDMARKS: Port<Attachment> =
+    Port::new("character_landmarks", "the same landmarks on the character, by name");
+const ACTOR_MUSCLES: Port<Muscles> =
+    Port::new("actor_muscles", "muscle curves on the actor, which guide the warp; landmarks alone do where left open");
 const CHARACTER_MUSCLES: Port<Muscles> = Port::new("character_muscles", "the same muscle curves on the character");
 const TRANSFERRED: Port<Meshes> = Port::new("meshes", "the character's meshes in the same frames, in metres");
 
@@ -63,7 +65,12 @@ impl Node for TransferMeshes {
         let muscles = match (inputs.may_get(&ACTOR_MUSCLES)?, inputs.may_get(&CHARACTER_MUSCLES)?) {
             (Some(actor), Some(character)) => Some((actor, character)),
             (None, None) => None,
-            _ => return Err(NodeError::input(CHARACTER_MUSCLES.name(), "connect the muscles of both heads, or of neither")),
+            _ => {
+                return Err(NodeError::input(
+                    CHARACTER_MUSCLES.name(),
+                    "connect the muscles of both heads, or of neither",
+                ));
+            }
         };
         let landmarks = (inputs.get(&ACTOR_LANDMARKS)?, inputs.get(&CHARACTER_LANDMARKS)?);
         let options = TransferOptions { smoothing_m: self.smoothing_mm / 1000.0 };

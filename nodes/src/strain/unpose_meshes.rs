@@ -6,7 +6,8 @@ use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-const RIG: Port<Rig> = Port::new("rig", "a head with fitted skinning (`fit_skinning`), and pose shapes where it has them");
+const RIG: Port<Rig> =
+    Port::new("rig", "a head with fitted skinning (`fit_skinning`), and pose shapes where it has them");
 const MESHES: Port<Meshes> = Port::new("meshes", "its animated meshes, in metres");
 const POSES: Port<Curves> = Port::new("poses", "the poses of the joints in the same frames");
 const UNPOSED: Port<Meshes> = Port::new("meshes", "what the face does besides, in its rest pose, in metres");

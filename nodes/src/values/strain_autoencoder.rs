@@ -95,7 +95,12 @@ impl Value for StrainAutoencoder {
 
     fn summary(&self) -> String {
         let last = self.losses.last().map_or(String::new(), |loss| format!(", loss {loss:.5}"));
-        format!("autoencoder of {} strains under {} pose channels, {} epochs{last}", self.strains.len(), self.poses.len(), self.losses.len())
+        format!(
+            "autoencoder of {} strains under {} pose channels, {} epochs{last}",
+            self.strains.len(),
+            self.poses.len(),
+            self.losses.len()
+        )
     }
 
     fn size(&self) -> usize {
