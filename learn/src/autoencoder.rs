@@ -158,7 +158,9 @@ impl Autoencoder {
         for (layer, bent) in self.layers.iter().zip(BENT) {
             let mut out = layer.forward(&all[all.len() - 1]);
             if bent {
-                out.iter_mut().for_each(|value| *value = value.tanh());
+                for value in &mut out {
+                    *value = value.tanh();
+                }
             }
             all.push(out);
         }

@@ -80,7 +80,7 @@ impl Factor {
 pub(super) fn acceleration(frames: usize, mut each: impl FnMut(usize, usize, f64)) {
     for t in 0..frames {
         let mut row: Vec<(usize, f64)> = vec![(t, -2.0)];
-        for neighbour in [t.checked_sub(1).unwrap_or(0), (t + 1).min(frames - 1)] {
+        for neighbour in [t.saturating_sub(1), (t + 1).min(frames - 1)] {
             match row.iter_mut().find(|(place, _)| *place == neighbour) {
                 Some((_, factor)) => *factor += 1.0,
                 None => row.push((neighbour, 1.0)),

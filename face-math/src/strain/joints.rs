@@ -57,7 +57,9 @@ pub fn add_joints(rig: &Rig, joints: &[JointOptions]) -> Result<Rig, StrainError
             })?;
             vertices.extend(part.vertices.clone());
         }
-        vertices.iter().for_each(|vertex| taken[*vertex as usize] = true);
+        for vertex in &vertices {
+            taken[*vertex as usize] = true;
+        }
         own.push(vertices);
     }
     for (place, (joint, vertices)) in joints.iter().zip(&own).enumerate() {
@@ -67,7 +69,9 @@ pub fn add_joints(rig: &Rig, joints: &[JointOptions]) -> Result<Rig, StrainError
             _ => vec![0.0; rig.neutral.len()],
         };
         weights.iter_mut().zip(&taken).filter(|(_, taken)| **taken).for_each(|(weight, _)| *weight = 0.0);
-        vertices.iter().for_each(|vertex| weights[*vertex as usize] = 1.0);
+        for vertex in vertices {
+            weights[*vertex as usize] = 1.0;
+        }
         let stands = joint.pivot_m.or(if place == 0 { rig.jaw_pivot_m } else { None });
         let pivot_m = match stands {
             Some(pivot) => pivot,

@@ -1,4 +1,4 @@
-//! Strains: how much longer each muscle is than at rest, γ_s = ℓ_s / ℓ_s⁰ − 1 (section 3 of Animatomy). Unitless; exactly 0 at
+//! Strains: how much longer each muscle is than at rest, `γ_s = ℓ_s / ℓ_s⁰ − 1` (section 3 of Animatomy). Unitless; exactly 0 at
 //! rest, because the same numbers are added in the same order. And how far vertices are from curves: d of section A.3.
 
 use super::error::{StrainError, same};

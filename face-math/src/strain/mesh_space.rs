@@ -10,7 +10,7 @@
 //! X = argmin ‖M − P μ − P Qᵀ X‖² / σ² + Σ_c X_c² / s_c²
 //! ```
 //!
-//! with σ how far markers are off (metres) and s_c the spread of a component: with σ → 0 the pseudo-inverse (P Qᵀ)⁺ of the
+//! with σ how far markers are off (metres) and `s_c` the spread of a component: with σ → 0 the pseudo-inverse (P Qᵀ)⁺ of the
 //! paper, and with its true value the likeliest mesh. Missing markers are left out.
 
 use super::error::{StrainError, same};

@@ -248,6 +248,9 @@ fn along(places: &[DVec3], share: f64) -> Option<DVec3> {
 
 /// Fewer muscles of a head, spread over it: starting with the first, always the one farthest from those chosen (Gonzalez 1985),
 /// by the middles of the curves. In their own order.
+///
+/// # Errors
+/// Never for muscles that are valid themselves.
 pub fn spread_muscles(muscles: &Muscles, neutral: &[glam::Vec3], count: usize) -> Result<Muscles, StrainError> {
     let middles: Vec<DVec3> = muscles
         .curves()

@@ -1,6 +1,6 @@
 //! What strains do to skin: expression shapes E and refined strains Γ in turns (section A.3 of Animatomy).
 //!
-//! With Ṽ(t) the unposed targets less the rest (metres), γ(t) the strains of S muscles, γ_p(t) those measured:
+//! With Ṽ(t) the unposed targets less the rest (metres), γ(t) the strains of S muscles, `γ_p(t)` those measured:
 //!
 //! ```text
 //! L(E, Γ) = Σ_t ( ‖Ṽ(t) − E γ(t)‖² + λ ‖γ_p(t) − γ(t)‖² ) + μ T Σ_s ‖E_s D_s‖²
@@ -12,8 +12,8 @@
 //! (Γ Γᵀ + μ T D_i²) E_iᵀ = Γ Ṽ_iᵀ
 //! ```
 //!
-//! S × S, three right sides. Γ, for each frame with one matrix for all: (Eᵀ E + λ I) γ(t) = Eᵀ Ṽ(t) + λ γ_p(t). As each
-//! half takes the loss to its least in one of the two, the loss never rises. A frame at rest (Ṽ = 0, γ_p = 0) stays at rest.
+//! S × S, three right sides. Γ, for each frame with one matrix for all: (Eᵀ E + λ I) γ(t) = `Eᵀ Ṽ(t) + λ γ_p(t)`. As each
+//! half takes the loss to its least in one of the two, the loss never rises. A frame at rest (`Ṽ = 0`, `γ_p = 0`) stays at rest.
 //!
 //! d_{s,i} is the distance of vertex i from the curve s over `falloff_m`; a vertex beyond `reach_m` of a curve is out of its
 //! reach for good (an infinite d), which makes shapes small and the systems smaller.
@@ -47,7 +47,7 @@ pub struct StrainShapes {
     pub losses_m2: Vec<f64>,
 }
 
-/// Finds E and Γ for `targets` (Ṽ, `3 N × T`, metres) from measured strains (γ_p, `S × T`) and `penalties` (d, `S × N`, not
+/// Finds E and Γ for `targets` (Ṽ, `3 N × T`, metres) from measured strains (`γ_p`, `S × T`) and `penalties` (d, `S × N`, not
 /// finite where out of reach), vertex after vertex. `go_on` is asked between halves, with the loss so far.
 ///
 /// # Errors
@@ -169,13 +169,13 @@ pub fn refined_strains(
     Ok(measured + &moved)
 }
 
-/// Σ ‖Ṽ − E γ‖² + λ Σ ‖γ_p − γ‖².
+/// `Σ ‖Ṽ − E γ‖² + λ Σ ‖γ_p − γ‖²`.
 fn loss(targets: &Mat<f64>, shapes: &Mat<f64>, strains: &Mat<f64>, measured: &Mat<f64>, prior_m2: f64) -> f64 {
     (targets - &product(shapes.as_ref(), strains.as_ref())).squared_norm_l2()
         + prior_m2 * (measured - strains).squared_norm_l2()
 }
 
-/// μ T Σ ‖E_s D_s‖².
+/// `μ T Σ ‖E_s D_s‖²`.
 fn distance_loss(shapes: &Mat<f64>, penalties: &[f32], weight: f64) -> f64 {
     let count = shapes.ncols();
     let of = |vertex: usize, strain: usize| {

@@ -27,7 +27,7 @@ pub struct FitPoseShapes {
 
 impl Default for FitPoseShapes {
     fn default() -> Self {
-        Self { least_share: 1e-8 }
+        Self { least_share: 1e-4 }
     }
 }
 
