@@ -219,11 +219,12 @@ pub fn transfer_guides(
     let (low, high) = if bounded { (0.0, 1.0) } else { (-1e6, 1e6) };
     let unsolved = |_| StrainError::Decomposition { what: "the guide shapes (are two of them alike?)" };
     let problem = BoundedQuadratic::new(matrix, vec![low; count], vec![high; count]).map_err(unsolved)?;
-    let mut warm = problem.cold();
     let (mut values, mut positions) = (Vec::new(), Vec::new());
     for frame in 0..meshes.frames() {
         let c: Vec<f64> = (0..count).map(|guide| right[(guide, frame)]).collect();
-        let weights = problem.solve(&c, &mut warm).map_err(unsolved)?.to_vec();
+        // A start of its own for each frame: a frame does not depend on those before it.
+        let mut start = problem.cold();
+        let weights = problem.solve(&c, &mut start).map_err(unsolved)?.to_vec();
         let mut own: Vec<DVec3> = transferred.frame(frame).iter().map(|point| point.as_dvec3()).collect();
         for (guide, weight) in weights.iter().enumerate() {
             for ((point, good), carried) in own.iter_mut().zip(character.frame(guide)).zip(carried.frame(guide)) {
