@@ -301,6 +301,9 @@ pub fn train_autoencoder(
     Ok((network, losses))
 }
 
+/// The gradients by a layer's weights and by its bias.
+type LayerGradient = (Vec<f64>, Vec<f64>);
+
 impl Autoencoder {
     /// One step of LAMB on a batch; gives the sum of squared standardised differences before it.
     fn step(&mut self, lambs: &mut [[Lamb; 2]], values: &[f64], conditions: &[f64], how: (f64, f64, i32)) -> f64 {
@@ -313,7 +316,7 @@ impl Autoencoder {
     }
 
     /// The sum of squared standardised differences, and the gradients of their mean by each layer's weights and bias.
-    fn gradients(&self, values: &[f64], conditions: &[f64]) -> (f64, Vec<(Vec<f64>, Vec<f64>)>) {
+    fn gradients(&self, values: &[f64], conditions: &[f64]) -> (f64, Vec<LayerGradient>) {
         let all = self.forward(self.inputs(values, conditions));
         let (rows, rest) = all[4].split_at(values.len());
         let mut slopes = Vec::with_capacity(all[4].len());

@@ -1,5 +1,7 @@
 //! Every ready graph holds together, and the main one runs on the sample actor from nothing to files.
 
+#![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
+
 use whole_system::{Project, root, test_data};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_grimace-under-test");

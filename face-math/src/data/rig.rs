@@ -249,7 +249,7 @@ impl Value for Rig {
             None => String::new(),
             Some(jaw) => format!(", jaw moved by {} shapes", jaw.motions.len()),
         };
-        let joints: String = self.joints.iter().map(|joint| format!(", joint {}", joint.name)).collect();
+        let joints: String = self.joints.iter().flat_map(|joint| [", joint ", &joint.name]).collect();
         format!(
             "{}: {} parts, {} vertices, {triangles} triangles, {} channels, {} shapes{jaw}{joints}",
             self.name,

@@ -18,11 +18,11 @@ impl Hanging {
     /// The sums for E (`3 N × S`) on skin of the given weights.
     pub fn new(weights: &[&[f32]], shapes: &Mat<f64>) -> Self {
         let mut sums = Vec::new();
-        for k in 0..weights.len() {
-            let own = |vertex: usize| f64::from(weights[k][vertex]);
+        for (k, own) in weights.iter().enumerate() {
+            let own = |vertex: usize| f64::from(own[vertex]);
             sums.extend(Self::of(shapes, |vertex| own(vertex) * (1.0 - own(vertex))).map(|sum| (k, None, sum)));
-            for l in k + 1..weights.len() {
-                let both = |vertex: usize| own(vertex) * f64::from(weights[l][vertex]);
+            for (l, other) in weights.iter().enumerate().skip(k + 1) {
+                let both = |vertex: usize| own(vertex) * f64::from(other[vertex]);
                 sums.extend(Self::of(shapes, both).map(|sum| (k, Some(l), sum)));
             }
         }

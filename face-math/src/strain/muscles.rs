@@ -105,7 +105,7 @@ pub fn trace_muscles(
     let mut fibres = Vec::new();
     for muscle in &plan.muscles {
         if muscle.fibres == 0 {
-            return Err(tracer.wrong(&muscle.name, "has no fibres; give it one or more"));
+            return Err(wrong(&muscle.name, "has no fibres; give it one or more"));
         }
         let sides: &[(bool, &str)] = if muscle.both_sides { &[(false, "_L"), (true, "_R")] } else { &[(false, "")] };
         for fibre in 0..muscle.fibres {
@@ -126,11 +126,11 @@ struct Tracer<'a> {
     landmarks: &'a Attachment,
 }
 
-impl Tracer<'_> {
-    fn wrong(&self, muscle: &str, problem: impl Into<String>) -> StrainError {
-        StrainError::Muscle { muscle: muscle.to_owned(), problem: problem.into() }
-    }
+fn wrong(muscle: &str, problem: impl Into<String>) -> StrainError {
+    StrainError::Muscle { muscle: muscle.to_owned(), problem: problem.into() }
+}
 
+impl Tracer<'_> {
     fn fibre(
         &self,
         muscle: &PlannedMuscle,
@@ -143,24 +143,22 @@ impl Tracer<'_> {
         let mut stops: Vec<RidingPoint> = Vec::new();
         for line in lines {
             let places = line.iter().map(|place| self.place(&name, place, mirrored)).collect::<Result<Vec<_>, _>>()?;
-            let at = along(&places, share)
-                .ok_or_else(|| self.wrong(&name, "has a line without a place; name one at least"))?;
-            stops.push(
-                self.surface.nearest(at).ok_or_else(|| self.wrong(&name, "finds no surface; name parts with skin"))?,
-            );
+            let at =
+                along(&places, share).ok_or_else(|| wrong(&name, "has a line without a place; name one at least"))?;
+            stops.push(self.surface.nearest(at).ok_or_else(|| wrong(&name, "finds no surface; name parts with skin"))?);
         }
         let mut points: Vec<RidingPoint> = vec![stops[0]];
         for pair in stops.windows(2) {
             let path = self.surface.path(&pair[0], &pair[1]);
             let path = path.ok_or_else(|| {
-                self.wrong(&name, "runs between places that no surface joins; move them, or add a part between")
+                wrong(&name, "runs between places that no surface joins; move them, or add a part between")
             })?;
             points.extend(path.into_iter().skip(1));
         }
         let mut curve = MuscleCurve { name, points, rest_length_m: 1.0 };
         curve.rest_length_m = curve.length_m(&self.rig.neutral);
         if curve.rest_length_m < 1e-4 {
-            return Err(self.wrong(&curve.name, "is shorter than 0.1 mm; its origin and insertion are one place"));
+            return Err(wrong(&curve.name, "is shorter than 0.1 mm; its origin and insertion are one place"));
         }
         Ok(curve)
     }
@@ -169,10 +167,10 @@ impl Tracer<'_> {
         let own = if mirrored { mirrored_landmark(landmark) } else { landmark };
         let name = format!("landmark_{own:02}");
         let point = self.landmarks.points.iter().find(|point| point.name == name);
-        let point = point.ok_or_else(|| self.wrong(muscle, format!("asks for `{name}`, which the landmarks lack")))?;
+        let point = point.ok_or_else(|| wrong(muscle, format!("asks for `{name}`, which the landmarks lack")))?;
         let riding = RidingPoint { vertices: point.vertices, weights: point.weights };
         match riding.vertices.iter().find(|vertex| **vertex as usize >= self.rig.neutral.len()) {
-            Some(vertex) => Err(self.wrong(muscle, format!("`{name}` sits on vertex {vertex}, which the head lacks"))),
+            Some(vertex) => Err(wrong(muscle, format!("`{name}` sits on vertex {vertex}, which the head lacks"))),
             None => Ok(riding.at(&self.rig.neutral)),
         }
     }
@@ -182,7 +180,7 @@ impl Tracer<'_> {
         let part = |name: &str| {
             self.rig
                 .part(name)
-                .ok_or_else(|| self.wrong(muscle, format!("asks for the part `{name}`, which the head lacks")))
+                .ok_or_else(|| wrong(muscle, format!("asks for the part `{name}`, which the head lacks")))
         };
         let flip = |point: DVec3| if mirrored { point * DVec3::new(-1.0, 1.0, 1.0) } else { point };
         match place {
@@ -190,7 +188,7 @@ impl Tracer<'_> {
             Place::Mix(shares) => {
                 let total: f64 = shares.values().sum();
                 if total.abs() < 1e-6 {
-                    return Err(self.wrong(muscle, "has a mix whose shares sum to 0; let them sum to 1"));
+                    return Err(wrong(muscle, "has a mix whose shares sum to 0; let them sum to 1"));
                 }
                 let mut sum = DVec3::ZERO;
                 for (landmark, share) in shares {
@@ -202,9 +200,10 @@ impl Tracer<'_> {
                 let range = &part(name)?.vertices;
                 let own = range.start + vertex;
                 if own >= range.end {
-                    return Err(
-                        self.wrong(muscle, format!("asks for vertex {vertex} of `{name}`, which has {}", range.len()))
-                    );
+                    return Err(wrong(
+                        muscle,
+                        format!("asks for vertex {vertex} of `{name}`, which has {}", range.len()),
+                    ));
                 }
                 Ok(flip(self.rig.neutral[own as usize].as_dvec3()))
             }
@@ -218,9 +217,7 @@ impl Tracer<'_> {
             DVec3::new(f64::from(u), f64::from(v), 0.0)
         };
         if part.uvs.is_empty() {
-            return Err(
-                self.wrong(muscle, format!("asks for a place in the texture of `{}`, which has none", part.name))
-            );
+            return Err(wrong(muscle, format!("asks for a place in the texture of `{}`, which has none", part.name)));
         }
         let wanted = DVec3::new(f64::from(u), f64::from(v), 0.0);
         let found = part
@@ -229,7 +226,7 @@ impl Tracer<'_> {
             .map(|triangle| (triangle, crate::rig::closest_on_triangle(wanted, triangle.map(flat))));
         let nearest = found.min_by(|(_, a), (_, b)| a.distance_m.total_cmp(&b.distance_m));
         let (triangle, point) =
-            nearest.ok_or_else(|| self.wrong(muscle, format!("part `{}` has no triangles", part.name)))?;
+            nearest.ok_or_else(|| wrong(muscle, format!("part `{}` has no triangles", part.name)))?;
         Ok(triangle
             .iter()
             .zip(point.weights)
@@ -312,7 +309,7 @@ mod tests {
         for curve in muscles.curves() {
             let straight = curve.points[0].at(&rig.neutral).distance(curve.points.last().unwrap().at(&rig.neutral));
             assert!(curve.rest_length_m >= straight * (1.0 - 1e-9));
-            assert_eq!(curve.length_m(&rig.neutral) / curve.rest_length_m - 1.0, 0.0);
+            assert!(curve.length_m(&rig.neutral) / curve.rest_length_m - 1.0 == 0.0);
         }
         assert_eq!(spread_muscles(&muscles, &rig.neutral, 3).unwrap().curves().len(), 3);
     }

@@ -149,9 +149,9 @@ impl Sums {
                 *square += x[at] * x[at] + y[at] * y[at] + z[at] * z[at];
             }
             for (joint, offset) in offsets.iter().enumerate() {
-                for column in 0..4 {
-                    let [a, b, c] = [offset[0][column], offset[1][column], offset[2][column]];
-                    let sum = &mut sums.entries[joint * 4 + column];
+                let rows = offset[0].iter().zip(&offset[1]).zip(&offset[2]);
+                let sums = &mut sums.entries[joint * 4..joint * 4 + 4];
+                for (((a, b), c), sum) in rows.zip(sums) {
                     for at in 0..PIECE {
                         sum[at] += a * x[at] + b * y[at] + c * z[at];
                     }

@@ -9,7 +9,7 @@
 //! frame on the diagonal, λ `D2ᵀ D2` beside it, so the matrix is banded and a step takes time that grows with the frames; a
 //! step that does not lower L is shortened by damping (Levenberg 1944, Marquardt 1963).
 //!
-//! Vertices weigh by W: 1 as in the paper, or less where expressions move them, 1 / (1 + e_i² / σ²), e_i the root mean square
+//! Vertices weigh by W: 1 as in the paper, or less where expressions move them, 1 / (1 + `e_i²` / σ²), `e_i` the root mean square
 //! of what strains did to the vertex in training. Lips and cheeks then do not pull the jaw along with a smile.
 
 use super::banded::{Banded, acceleration, acceleration_loss};
@@ -286,7 +286,7 @@ impl<'a> Problem<'a> {
         data.iter().sum::<f64>() + self.acceleration * acceleration_loss(theta, 6)
     }
 
-    /// JᵀJ and Jᵀr of every frame, r = V − M.
+    /// `JᵀJ` and Jᵀr of every frame, r = V − M.
     fn normal(&self, theta: &[f64]) -> (Vec<[[f64; 6]; 6]>, Vec<[f64; 6]>) {
         (0..self.frames).into_par_iter().map(|t| self.normal_of(t, &theta[6 * t..6 * t + 6])).unzip()
     }
@@ -336,11 +336,11 @@ impl<'a> Problem<'a> {
         let mut right: Vec<f64> = slopes.iter().flatten().copied().collect();
         let largest = blocks.iter().flat_map(|block| (0..6).map(|i| block[i][i])).fold(f64::MIN_POSITIVE, f64::max);
         for (t, block) in blocks.iter().enumerate() {
-            for i in 0..6 {
-                for j in 0..i {
-                    system.add(6 * t + i, 6 * t + j, block[i][j]);
+            for (i, row) in block.iter().enumerate() {
+                for (j, entry) in row[..i].iter().enumerate() {
+                    system.add(6 * t + i, 6 * t + j, *entry);
                 }
-                system.add(6 * t + i, 6 * t + i, block[i][i] * (1.0 + damping) + 1e-12 * largest);
+                system.add(6 * t + i, 6 * t + i, row[i] * (1.0 + damping) + 1e-12 * largest);
             }
         }
         acceleration(self.frames, |a, b, factor| {

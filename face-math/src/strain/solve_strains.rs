@@ -6,7 +6,7 @@
 //! L(Γ) = Σ_t ‖V(t) − M(θ(t), γ(t))‖² + α Σ_t ‖γ(t−1) − 2 γ(t) + γ(t+1)‖² + β Σ_t ‖AE(γ(t), θ(t)) − γ(t)‖²
 //! ```
 //!
-//! M is linear in γ: vertex i is at `B_i` (x_i + E_i γ) + b_i, with B_i = I + `Σ_k` `m_ik` Δ_k, Δ_k = R_k − I. As R is a rotation,
+//! M is linear in γ: vertex i is at `B_i` (`x_i` + `E_i` γ) + `b_i`, with `B_i` = I + `Σ_k` `m_ik` `Δ_k`, `Δ_k` = `R_k` − I. As R is a rotation,
 //! Δᵀ Δ = −(Δ + Δᵀ), so
 //!
 //! ```text
@@ -15,8 +15,8 @@
 //! ```
 //!
 //! The S × S matrices G are made once; a frame's matrix is a sum of a few of them. Only skin that hangs between skull and
-//! joint makes it differ from EᵀE, and only little. EᵀE = Q Λ Qᵀ makes the rest fall apart into S systems over time of five
-//! diagonals, Λ_s + β + α `D2ᵀ D2`; they precondition conjugate gradients (Hestenes and Stiefel 1952) for the whole, which
+//! joint makes it differ from `EᵀE`, and only little. `EᵀE` = Q Λ Qᵀ makes the rest fall apart into S systems over time of five
+//! diagonals, `Λ_s` + β + α `D2ᵀ D2`; they precondition conjugate gradients (Hestenes and Stiefel 1952) for the whole, which
 //! take a handful of steps. With β, the same systems precondition descent on the whole loss: each step is as long as the loss
 //! falls (Armijo's rule), so it never rises.
 
@@ -102,7 +102,7 @@ struct Problem {
     normal: Mat<f64>,
     hanging: Hanging,
     factors: Vec<Vec<[f64; 6]>>,
-    /// Σ_i E_iᵀ B_iᵀ (V − M(θ, 0)), S × T.
+    /// `Σ_i` `E_iᵀ` `B_iᵀ` (V − M(θ, 0)), S × T.
     right: Mat<f64>,
     /// ‖V − M(θ, 0)‖² of each frame.
     squares: Vec<f64>,
@@ -130,7 +130,7 @@ impl Problem {
         out + strains * faer::Scale(self.ridge)
     }
 
-    /// Σ_i E_iᵀ B_iᵀ B_i E_i γ for every frame.
+    /// `Σ_i` `E_iᵀ` `B_iᵀ` `B_i` `E_i` γ for every frame.
     fn data_term(&self, strains: &Mat<f64>) -> Mat<f64> {
         let mut out = product(self.normal.as_ref(), strains.as_ref());
         pieces(out.as_mut(), |first, mut out| {

@@ -64,7 +64,7 @@ pub fn train_strain_rig<E: From<StrainError>>(
 }
 
 /// A rig whose channels are those of `curves`, each with one shape, fitted to meshes by least squares with no joint and no
-/// corrective: E = argmin Σ_t ‖V(t) − N − E w(t)‖².
+/// corrective: E = argmin `Σ_t` ‖V(t) − N − E w(t)‖².
 ///
 /// # Errors
 /// Where sizes do not fit.

@@ -1,7 +1,7 @@
 //! One head's meshes on another (the transfer of Fig. S1 of Animatomy), and guide shapes on top (its section C).
 //!
-//! **Warp.** φ(x) = Σ_j c_j ‖x − p_j‖ + A x + b takes the actor's landmarks and curve points p_j to the character's q_j, with
-//! the least bending (the biharmonic spline of space; Σ c_j = 0, Σ c_j p_jᵀ = 0). `smoothing_m` ≥ 0 on the diagonal lets it
+//! **Warp.** φ(x) = `Σ_j` `c_j` ‖x − `p_j`‖ + A x + b takes the actor's landmarks and curve points `p_j` to the character's `q_j`, with
+//! the least bending (the biharmonic spline of space; Σ `c_j` = 0, Σ `c_j` `p_jᵀ` = 0). `smoothing_m` ≥ 0 on the diagonal lets it
 //! miss them a little.
 //!
 //! **Surface.** A vertex y of the character sits at the point of the warped actor's surface nearest to it, at weights b of a

@@ -50,21 +50,18 @@ fn natural(name: &str) -> Vec<(String, u64)> {
     let mut parts: Vec<(String, u64)> = vec![(String::new(), 0)];
     let mut in_number = false;
     for letter in name.chars() {
-        match letter.to_digit(10) {
-            Some(digit) => {
-                if let Some((_, number)) = parts.last_mut() {
-                    *number = number.saturating_mul(10).saturating_add(u64::from(digit));
-                }
-                in_number = true;
+        if let Some(digit) = letter.to_digit(10) {
+            if let Some((_, number)) = parts.last_mut() {
+                *number = number.saturating_mul(10).saturating_add(u64::from(digit));
             }
-            None => {
-                if in_number {
-                    parts.push((String::new(), 0));
-                    in_number = false;
-                }
-                if let Some((word, _)) = parts.last_mut() {
-                    word.push(letter);
-                }
+            in_number = true;
+        } else {
+            if in_number {
+                parts.push((String::new(), 0));
+                in_number = false;
+            }
+            if let Some((word, _)) = parts.last_mut() {
+                word.push(letter);
             }
         }
     }
