@@ -54,6 +54,17 @@ pub enum StrainError {
         /// The rig.
         rig: String,
     },
+    /// A shape that joints drive has no peak that could be carried to another head.
+    #[error(
+        "shape `{shape}` of rig `{rig}` is driven by a joint, so it cannot be carried shape by shape; carry meshes \
+         (`transfer_meshes`) and fit a rig to them"
+    )]
+    DrivenByJoint {
+        /// The rig.
+        rig: String,
+        /// The shape.
+        shape: String,
+    },
     /// A joint's rigid part gives no rotation.
     #[error("joint `{joint}` in frame {frame}: {source}")]
     Pose {

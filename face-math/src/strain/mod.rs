@@ -11,6 +11,7 @@
 //! - [`fit_skinning`] (A.1), [`unpose_meshes`], [`fit_pose_shapes`] (A.2).
 //! - [`train_strain_rig`] (A.3, by [`fit_strain_shapes()`]); [`fit_linear_rig`] and [`mesh_error`] to measure it against.
 //! - [`learn_mesh_space`], [`MeshFitter`] (B.1), [`solve_jaw_pose`] (B.2), [`solve_strains()`] (B.3).
+//! - [`Transfer`]: meshes and rigs onto another head; [`transfer_guides`] (C) on top.
 
 mod banded;
 mod error;
@@ -32,6 +33,7 @@ mod surface;
 pub(crate) mod toy;
 mod train;
 mod transfer;
+mod transfer_rig;
 mod unpose;
 
 pub use error::StrainError;

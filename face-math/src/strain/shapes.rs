@@ -109,7 +109,9 @@ pub fn expression_shapes(
         .into_par_iter()
         .map(|vertex| {
             let own = &penalties[vertex * count..(vertex + 1) * count];
-            let near: Vec<usize> = (0..count).filter(|s| own[*s].is_finite()).collect();
+            // Skin that never moves has E = 0, whatever the system.
+            let moves = (0..3).any(|axis| (0..count).any(|s| right[(s, 3 * vertex + axis)] != 0.0));
+            let near: Vec<usize> = (0..count).filter(|s| moves && own[*s].is_finite()).collect();
             let mut system = Mat::<f64>::from_fn(near.len(), near.len(), |i, j| gram[(near[i], near[j])]);
             for (i, s) in near.iter().enumerate() {
                 system[(i, i)] += weight * f64::from(own[*s]).powi(2) + RIDGE * largest;

@@ -55,6 +55,8 @@ struct Follower {
     weight: f64,
     share: f64,
     rest: DVec3,
+    /// Whether a pose shape moves it.
+    shaped: bool,
     /// Pose shapes of the jaw's rotation (row after row), then of its translation.
     shapes: [DVec3; 12],
 }
@@ -222,6 +224,7 @@ impl<'a> Problem<'a> {
                 weight: weights[vertex],
                 share: jaw.weights[vertex].into(),
                 rest: rig.neutral[vertex].as_dvec3(),
+                shaped: shapes[vertex].iter().any(|shape| *shape != DVec3::ZERO),
                 shapes: shapes[vertex],
             })
             .collect();
@@ -259,6 +262,9 @@ impl<'a> Problem<'a> {
     /// x of a follower: its rest with pose shapes.
     fn shaped(follower: &Follower, eye: DVec3, pose: &JawPose, shift: DVec3) -> DVec3 {
         let mut x = follower.rest + eye;
+        if !follower.shaped {
+            return x;
+        }
         for row in 0..3 {
             for column in 0..3 {
                 let feature = pose.rotation.col(column)[row] - f64::from(u8::from(row == column));
@@ -267,6 +273,15 @@ impl<'a> Problem<'a> {
             x += shift[row] * follower.shapes[9 + row];
         }
         x
+    }
+
+    /// How x changes with θ, by the number of the entry.
+    fn shape_slope(follower: &Follower, pose: &JawPose, place: usize, lever: f64) -> DVec3 {
+        if place >= 3 {
+            return lever * follower.shapes[6 + place];
+        }
+        let turn = pose.turns[place];
+        (0..9).map(|entry| turn.col(entry % 3)[entry / 3] * follower.shapes[entry]).sum()
     }
 
     fn misfit(&self, frame: usize, theta: &[f64]) -> f64 {
@@ -300,20 +315,16 @@ impl<'a> Problem<'a> {
             let found = x + follower.share * (pose.rotation * x + pose.translation_m - x);
             let residual = posed[follower.vertex].as_dvec3() - found;
             let matrix = DMat3::IDENTITY + follower.share * (pose.rotation - DMat3::IDENTITY);
-            let columns: [DVec3; 6] = std::array::from_fn(|place| {
-                if place < 3 {
-                    let turn = pose.turns[place];
-                    let mut shaped = DVec3::ZERO;
-                    for row in 0..3 {
-                        for column in 0..3 {
-                            shaped += turn.col(column)[row] * follower.shapes[3 * row + column];
-                        }
-                    }
-                    follower.share * (turn * (x - self.pivot)) + matrix * shaped
-                } else {
-                    self.lever * (follower.share * DVec3::AXES[place - 3] + matrix * follower.shapes[6 + place])
-                }
+            let arm = x - self.pivot;
+            let mut columns: [DVec3; 6] = std::array::from_fn(|place| match place {
+                0..3 => follower.share * (pose.turns[place] * arm),
+                _ => self.lever * follower.share * DVec3::AXES[place - 3],
             });
+            if follower.shaped {
+                for (place, column) in columns.iter_mut().enumerate() {
+                    *column += matrix * Self::shape_slope(follower, &pose, place, self.lever);
+                }
+            }
             for i in 0..6 {
                 slope[i] += follower.weight * columns[i].dot(residual);
                 for j in 0..=i {

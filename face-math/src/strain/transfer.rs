@@ -166,15 +166,41 @@ impl<'r> Transfer<'r> {
         let frames: Vec<Vec<Vec3>> = (0..meshes.frames())
             .into_par_iter()
             .map(|frame| {
-                let posed = meshes.frame(frame);
-                let moved = |(rest, (point, before)): (&Vec3, &(RidingPoint, DVec3))| {
-                    (rest.as_dvec3() + self.warp.apply(point.at(posed)) - *before).as_vec3()
-                };
-                self.character.neutral.iter().zip(&self.riding).map(moved).collect()
+                let offsets = self.offsets(meshes.frame(frame));
+                self.character.neutral.iter().zip(offsets).map(|(rest, by)| (rest.as_dvec3() + by).as_vec3()).collect()
             })
             .collect();
         let count = self.character.neutral.len();
         Ok(Meshes::new(meshes.frame_axis(), self.character.parts.clone(), count, frames.concat())?)
+    }
+
+    /// How far each vertex of the character goes from its rest, in metres, where the actor's vertices are at `posed`.
+    pub(super) fn offsets(&self, posed: &[Vec3]) -> Vec<DVec3> {
+        self.riding.iter().map(|(point, before)| self.warp.apply(point.at(posed)) - *before).collect()
+    }
+
+    /// How many vertices the actor has.
+    pub(super) fn actor_vertices(&self) -> usize {
+        self.actor_vertices
+    }
+
+    /// The head that is moved.
+    pub(super) fn character(&self) -> &'r Rig {
+        self.character
+    }
+
+    /// Where the warp takes a point beside the actor.
+    pub(super) fn warped(&self, point: Vec3) -> Vec3 {
+        self.warp.apply(point.as_dvec3()).as_vec3()
+    }
+
+    /// Numbers of the actor's vertices on the character's.
+    pub(super) fn carried(&self, numbers: &[f32]) -> Vec<f32> {
+        let at = |point: &RidingPoint| {
+            let own = point.vertices.iter().zip(&point.weights);
+            own.map(|(vertex, weight)| weight * numbers[*vertex as usize]).sum()
+        };
+        self.riding.iter().map(|(point, _)| at(point)).collect()
     }
 }
 

@@ -16,6 +16,7 @@ mod skin_jaw;
 mod synthesize_markers;
 #[cfg(test)]
 pub(crate) mod toy;
+mod transfer_rig;
 
 pub use attach_markers::AttachMarkers;
 pub use evaluate_rig::EvaluateRig;
@@ -31,6 +32,7 @@ pub use register_markers::RegisterMarkers;
 pub use retarget_curves::RetargetCurves;
 pub use skin_jaw::SkinJaw;
 pub use synthesize_markers::SynthesizeMarkers;
+pub use transfer_rig::TransferRig;
 
 use face_math::data::Curves;
 use graph_core::node::NodeError;

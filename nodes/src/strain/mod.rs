@@ -7,6 +7,7 @@ mod fit_mesh_targets;
 mod fit_pose_shapes;
 mod fit_skinning;
 mod fit_strain_shapes;
+pub(crate) mod heads;
 mod learn_mesh_space;
 mod measure_poses;
 mod measure_strains;
@@ -14,7 +15,7 @@ mod mesh_error;
 mod solve_jaw_pose;
 mod solve_strains;
 #[cfg(test)]
-mod toy;
+pub(crate) mod toy;
 mod trace_muscles;
 mod train_strain_autoencoder;
 mod transfer_guides;

@@ -10,13 +10,13 @@ use wire::FrameAxis;
 const PARTS: [&str; 4] = ["face", "teeth_lower", "eyeball_L", "eyeball_R"];
 
 /// The head with its jaw split off, with few parts.
-pub(super) static ACTOR: LazyLock<Rig> = LazyLock::new(|| {
+pub(crate) static ACTOR: LazyLock<Rig> = LazyLock::new(|| {
     let skinned = skin_jaw(&HEAD.rig, &SkinJawOptions::default()).unwrap().rig;
     keep_parts(&skinned, |part| PARTS.contains(&part.name.as_str())).checked().unwrap()
 });
 
 /// The same with joints and no shapes.
-pub(super) static BASE: LazyLock<Rig> = LazyLock::new(|| {
+pub(crate) static BASE: LazyLock<Rig> = LazyLock::new(|| {
     let joint = |name: &str, part: &str, moves| JointOptions {
         name: name.into(),
         parts: vec![part.into()],
@@ -29,7 +29,7 @@ pub(super) static BASE: LazyLock<Rig> = LazyLock::new(|| {
 });
 
 /// Every so many-th frame of the range of motion.
-pub(super) fn motion(step: usize) -> Curves {
+pub(crate) fn motion(step: usize) -> Curves {
     let all = HEAD.range_of_motion.arrange(&ACTOR.channels, None).unwrap();
     let frames: Vec<usize> = (0..all.frames()).step_by(step).collect();
     let values = frames.iter().flat_map(|frame| all.frame(*frame)).copied().collect();
@@ -37,7 +37,7 @@ pub(super) fn motion(step: usize) -> Curves {
 }
 
 /// The meshes of a rig at curves.
-pub(super) fn evaluated(rig: &Rig, curves: &Curves) -> Meshes {
+pub(crate) fn evaluated(rig: &Rig, curves: &Curves) -> Meshes {
     let puppet = Puppet::new(rig).unwrap();
     let arranged = curves.arrange(&rig.channels, Some(0.0)).unwrap();
     let frames = (0..curves.frames()).flat_map(|frame| puppet.vertices(arranged.frame(frame)).unwrap());
@@ -45,7 +45,7 @@ pub(super) fn evaluated(rig: &Rig, curves: &Curves) -> Meshes {
 }
 
 /// The landmarks on the actor.
-pub(super) fn landmarks() -> Attachment {
+pub(crate) fn landmarks() -> Attachment {
     let triangles = || HEAD.rig.parts.iter().flat_map(|part| &part.triangles);
     let point = |(number, vertex): (usize, &u32)| {
         let triangle = *triangles().find(|triangle| triangle.contains(vertex)).unwrap();

@@ -1,21 +1,14 @@
 //! `transfer_meshes`: an actor's animated meshes on another head, by landmarks and muscle curves; where characters begin.
 
-use crate::patterns::Patterns;
-use face_math::data::{Attachment, Meshes, Muscles, Part, Rig};
-use face_math::strain::{Transfer, TransferOptions};
+use super::heads::{
+    ACTOR, ACTOR_LANDMARKS, ACTOR_MUSCLES, CHARACTER, CHARACTER_LANDMARKS, CHARACTER_MUSCLES, bring_together,
+};
+use face_math::data::Meshes;
 use graph_core::node::{Card, Context, Inputs, Node, NodeError, Outputs, Port};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 const MESHES: Port<Meshes> = Port::new("meshes", "the actor's meshes, in metres");
-const ACTOR: Port<Rig> = Port::new("actor", "the actor at rest");
-const CHARACTER: Port<Rig> = Port::new("character", "the character at rest; its parts are named as the actor's are");
-const ACTOR_LANDMARKS: Port<Attachment> = Port::new("actor_landmarks", "landmarks on the actor");
-const CHARACTER_LANDMARKS: Port<Attachment> =
-    Port::new("character_landmarks", "the same landmarks on the character, by name");
-const ACTOR_MUSCLES: Port<Muscles> =
-    Port::new("actor_muscles", "muscle curves on the actor, which guide the warp; landmarks alone do where left open");
-const CHARACTER_MUSCLES: Port<Muscles> = Port::new("character_muscles", "the same muscle curves on the character");
 const TRANSFERRED: Port<Meshes> = Port::new("meshes", "the character's meshes in the same frames, in metres");
 
 /// Carries meshes from one head to another of any topology.
@@ -57,25 +50,7 @@ impl Node for TransferMeshes {
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
         context.go_on()?;
-        let (actor, character) = (inputs.get(&ACTOR)?, inputs.get(&CHARACTER)?);
-        let names: Vec<String> = actor.parts.iter().map(|part| part.name.clone()).collect();
-        let chosen = Patterns { parameter: "parts", what: "part", names: &names }.chosen(&self.parts)?;
-        let keep = |part: &&Part| chosen.contains(&part.name);
-        let parts: Vec<&Part> = actor.parts.iter().filter(keep).collect();
-        let muscles = match (inputs.may_get(&ACTOR_MUSCLES)?, inputs.may_get(&CHARACTER_MUSCLES)?) {
-            (Some(actor), Some(character)) => Some((actor, character)),
-            (None, None) => None,
-            _ => {
-                return Err(NodeError::input(
-                    CHARACTER_MUSCLES.name(),
-                    "connect the muscles of both heads, or of neither",
-                ));
-            }
-        };
-        let landmarks = (inputs.get(&ACTOR_LANDMARKS)?, inputs.get(&CHARACTER_LANDMARKS)?);
-        let options = TransferOptions { smoothing_m: self.smoothing_mm / 1000.0 };
-        let transfer = Transfer::new(actor, character, &parts, landmarks, muscles, &options)
-            .map_err(|error| NodeError::input(CHARACTER.name(), error))?;
+        let transfer = bring_together(inputs, &self.parts, self.smoothing_mm)?;
         let meshes = transfer.meshes(inputs.get(&MESHES)?).map_err(|error| NodeError::input(MESHES.name(), error))?;
         Ok(Outputs::default().with(&TRANSFERRED, meshes))
     }
