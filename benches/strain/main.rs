@@ -171,7 +171,7 @@ fn shapes(sheet: &mut Sheet, subject: &Subject, skinned: &Rig) -> (Rig, Rig) {
     let Subject { rig, meshes, poses, muscles, strains, .. } = subject;
     let half = subject.half();
     let halfway = unpose_meshes(skinned, meshes, poses, Keep::PoseShapes).unwrap();
-    let corrected = fit_pose_shapes(skinned, &halfway, poses, 1e-8).unwrap();
+    let corrected = fit_pose_shapes(skinned, &halfway, poses, 0.25).unwrap();
     let unposed = unpose_meshes(&corrected, meshes, poses, Keep::Strains).unwrap();
     let reach = StrainReach { falloff_m: 0.02, reach_m: f64::INFINITY };
     let train = |meshes: &Meshes, strains: &Curves| {

@@ -5,11 +5,12 @@ use super::matrix::product;
 use crate::rig::JawPose;
 use faer::Mat;
 use glam::DMat3;
+use rayon::prelude::*;
 
 /// The sums G with the skin they belong to.
 pub(super) struct Hanging {
     /// For each joint, or pair of joints with shared skin, six matrices: xx, yy, zz, xy, xz, yz (the last three doubled).
-    pub sums: Vec<(usize, Option<usize>, [Mat<f64>; 6])>,
+    pub sums: Vec<(usize, Option<usize>, Vec<Mat<f64>>)>,
 }
 
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
@@ -29,7 +30,7 @@ impl Hanging {
         Self { sums }
     }
 
-    fn of(shapes: &Mat<f64>, weight: impl Fn(usize) -> f64) -> Option<[Mat<f64>; 6]> {
+    fn of(shapes: &Mat<f64>, weight: impl Fn(usize) -> f64) -> Option<Vec<Mat<f64>>> {
         let count = shapes.nrows() / 3;
         let chosen: Vec<usize> = (0..count).filter(|vertex| weight(*vertex) != 0.0).collect();
         if chosen.is_empty() {
@@ -40,16 +41,18 @@ impl Hanging {
                 shapes[(3 * chosen[at] + axis, s)] * if weighed { weight(chosen[at]) } else { 1.0 }
             })
         };
-        Some(PAIRS.map(|(a, b)| {
-            let sum = product(rows(a, true).as_ref(), rows(b, false).transpose());
+        let (weighed, plain) = ([0, 1, 2].map(|axis| rows(axis, true)), [0, 1, 2].map(|axis| rows(axis, false)));
+        let sum = |(a, b): &(usize, usize)| {
+            let sum = product(weighed[*a].as_ref(), plain[*b].transpose());
             if a == b { sum } else { &sum + sum.transpose() }
-        }))
+        };
+        Some(PAIRS.par_iter().map(sum).collect())
     }
 
     /// The numbers by which the sums count in a frame.
     pub fn factors(&self, poses: &[JawPose]) -> Vec<[f64; 6]> {
         let delta = |joint: usize| poses[joint].rotation - DMat3::IDENTITY;
-        let of = |(k, l, _): &(usize, Option<usize>, [Mat<f64>; 6])| {
+        let of = |(k, l, _): &(usize, Option<usize>, Vec<Mat<f64>>)| {
             let symmetric = match l {
                 None => delta(*k) + delta(*k).transpose(),
                 Some(l) => delta(*k).transpose() * delta(*l) + delta(*l).transpose() * delta(*k),

@@ -7,9 +7,16 @@
 //! L(P) = Σ_t ‖V̂(t) − T̄ − Σ_k f_k(t) P_k‖²
 //! ```
 //!
-//! has its least at P = (Σ f fᵀ)⁺ Σ f (V̂ − T̄)ᵀ. The entries of a rotation depend on each other, so the matrix has no inverse;
-//! its pseudo-inverse takes, of all shapes with the least loss, the smallest. Directions with less than a set share of the
-//! greatest eigenvalue are left out: the motion does not show what they do.
+//! has its least where (Σ f fᵀ) P = Σ f (V̂ − T̄)ᵀ. The entries of a rotation depend on each other, and some hardly differ from
+//! rest, so the matrix tells little of some directions. With every feature divided by its root mean square (g = S f), the
+//! greatest eigenvalue Λ of Σ g gᵀ and a stiffness κ ≥ 0 (unitless), the shapes are
+//!
+//! ```text
+//! P = S (Σ g gᵀ + κ Λ I)⁻¹ Σ g (V̂ − T̄)ᵀ
+//! ```
+//!
+//! (ridge regression, Hoerl and Kennard 1970): a direction much weaker than κ times the strongest is left to the strains. κ = 0
+//! is the loss as it stands, by the pseudo-inverse: of all shapes with the least loss the smallest.
 
 use super::error::{StrainError, same};
 use super::joints::{joints, pose_channels};
@@ -23,11 +30,18 @@ use glam::Vec3;
 const STILL_M: f32 = 1e-9;
 
 /// Adds pose correctives to a rig with joints, fitted to `unposed` meshes (joints turned back, see
-/// [`unpose_meshes`](super::unpose_meshes)). `least_share` is the smallest eigenvalue that counts, as a share of the greatest.
+/// [`unpose_meshes`](super::unpose_meshes)). `stiffness` is κ.
 ///
 /// # Errors
-/// Where meshes, poses and rig do not fit, or the rig has pose correctives already.
-pub fn fit_pose_shapes(rig: &Rig, unposed: &Meshes, poses: &Curves, least_share: f64) -> Result<Rig, StrainError> {
+/// Where meshes, poses and rig do not fit, the stiffness is negative, or the rig has pose correctives already.
+pub fn fit_pose_shapes(rig: &Rig, unposed: &Meshes, poses: &Curves, stiffness: f64) -> Result<Rig, StrainError> {
+    if !(stiffness.is_finite() && stiffness >= 0.0) {
+        return Err(StrainError::Setting {
+            what: "the stiffness of pose shapes",
+            value: stiffness,
+            wanted: "0 or more",
+        });
+    }
     same("vertices of the meshes", rig.neutral.len(), unposed.vertices())?;
     same("frames of the poses", unposed.frames(), poses.frames())?;
     super::skinning::check_meshes(unposed)?;
@@ -35,7 +49,8 @@ pub fn fit_pose_shapes(rig: &Rig, unposed: &Meshes, poses: &Curves, least_share:
     same("pose correctives that the rig has already", 0, turns)?;
     let mut rig = rig.clone();
     let features = add_drivers(&mut rig)?;
-    let values = feature_values(&rig, &features, poses)?;
+    let mut values = feature_values(&rig, &features, poses)?;
+    let scales = standardise(&mut values);
     let targets = offsets(&rig.neutral, unposed);
     let normal = product(values.as_ref(), values.transpose());
     let right = product(values.as_ref(), targets.transpose());
@@ -45,20 +60,42 @@ pub fn fit_pose_shapes(rig: &Rig, unposed: &Meshes, poses: &Curves, least_share:
     let (levels, vectors) = (eigen.S().column_vector(), eigen.U());
     let largest = levels.iter().copied().fold(0.0, f64::max);
     let mut inverse = Mat::<f64>::zeros(features.len(), features.len());
-    for place in (0..features.len()).filter(|place| levels[*place] > least_share * largest && levels[*place] > 0.0) {
+    for place in (0..features.len()).filter(|place| levels[*place] > ROUNDING * largest) {
         let own = vectors.col(place);
-        inverse += own * own.transpose() * faer::Scale(1.0 / levels[place]);
+        inverse += own * own.transpose() * faer::Scale(1.0 / (levels[place] + stiffness * largest));
     }
     let found = product(inverse.as_ref(), right.as_ref());
     for (row, shape) in features.into_iter().enumerate() {
-        let (vertices, deltas) = sparse((0..rig.neutral.len()).map(|vertex| at(&found, row, vertex)));
+        let (vertices, deltas) = sparse((0..rig.neutral.len()).map(|vertex| at(&found, row, vertex, scales[row])));
         (rig.shapes[shape].vertices, rig.shapes[shape].deltas) = (vertices, deltas);
     }
     Ok(rig.checked()?)
 }
 
-fn at(found: &Mat<f64>, row: usize, vertex: usize) -> Vec3 {
-    Vec3::from_array(std::array::from_fn(|axis| found[(row, 3 * vertex + axis)] as f32))
+/// Eigenvalues below this share of the greatest are rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// Features (radians, metres) that are smaller than this in the root mean square do not move.
+const AT_REST: f64 = 1e-7;
+
+/// Divides each row by its root mean square; gives what it was multiplied by.
+fn standardise(values: &mut Mat<f64>) -> Vec<f64> {
+    let frames = values.ncols();
+    let scale = |row: usize| {
+        let mean = (0..frames).map(|frame| values[(row, frame)].powi(2)).sum::<f64>() / frames.max(1) as f64;
+        1.0 / mean.sqrt().max(AT_REST)
+    };
+    let scales: Vec<f64> = (0..values.nrows()).map(scale).collect();
+    for frame in 0..frames {
+        for (row, scale) in scales.iter().enumerate() {
+            values[(row, frame)] *= scale;
+        }
+    }
+    scales
+}
+
+fn at(found: &Mat<f64>, row: usize, vertex: usize, scale: f64) -> Vec3 {
+    Vec3::from_array(std::array::from_fn(|axis| (scale * found[(row, 3 * vertex + axis)]) as f32))
 }
 
 /// Displaced vertices and their displacements.
@@ -150,7 +187,7 @@ mod tests {
         let meshes = toy::evaluated(&known, &poses);
         let base = toy::jointed_head();
         let unposed = unpose_meshes(&base, &meshes, &poses, Keep::PoseShapes).unwrap();
-        let rig = fit_pose_shapes(&base, &unposed, &poses, 1e-9).unwrap();
+        let rig = fit_pose_shapes(&base, &unposed, &poses, 0.0).unwrap();
         // A rotation by 0.25 rad has entries of the second order too: the least of them is seen poorly.
         let fresh = toy::pose_curves(&known, 230);
         for (a, b) in toy::evaluated(&rig, &fresh).positions().iter().zip(toy::evaluated(&known, &fresh).positions()) {
@@ -159,7 +196,13 @@ mod tests {
         let left = unpose_meshes(&rig, &meshes, &poses, Keep::Strains).unwrap();
         assert!(left.frame(7).iter().zip(&rig.neutral).all(|(a, b)| a.abs_diff_eq(*b, 2e-6)));
         assert_eq!(left.frame(0), &rig.neutral[..]);
-        assert!(fit_pose_shapes(&rig, &unposed, &poses, 1e-9).is_err(), "a second time is refused");
+        assert!(fit_pose_shapes(&rig, &unposed, &poses, 0.0).is_err(), "a second time is refused");
+        assert!(fit_pose_shapes(&base, &unposed, &poses, -1.0).is_err());
+        let size = |rig: &Rig| rig.shapes.iter().flat_map(|shape| &shape.deltas).map(|by| by.length()).sum::<f32>();
+        assert!(
+            size(&fit_pose_shapes(&base, &unposed, &poses, 0.5).unwrap()) < size(&rig),
+            "stiffer shapes are smaller"
+        );
     }
 
     /// The residual is orthogonal to every feature: the slope of the loss is nought.
@@ -170,7 +213,7 @@ mod tests {
         let both = toy::beside(&poses, &toy::values(&known.channels[9..], 60, 1.0, 8));
         let base = toy::jointed_head();
         let unposed = unpose_meshes(&base, &toy::evaluated(&known, &both), &poses, Keep::PoseShapes).unwrap();
-        let rig = fit_pose_shapes(&base, &unposed, &poses, 1e-12).unwrap();
+        let rig = fit_pose_shapes(&base, &unposed, &poses, 0.0).unwrap();
         let mut drivers = base.clone();
         let features = add_drivers(&mut drivers).unwrap();
         let values = feature_values(&drivers, &features, &poses).unwrap();

@@ -112,7 +112,11 @@ pub fn expression_shapes(
             // Skin that never moves has E = 0, whatever the system.
             let moves = (0..3).any(|axis| (0..count).any(|s| right[(s, 3 * vertex + axis)] != 0.0));
             let near: Vec<usize> = (0..count).filter(|s| moves && own[*s].is_finite()).collect();
-            let mut system = Mat::<f64>::from_fn(near.len(), near.len(), |i, j| gram[(near[i], near[j])]);
+            let mut system = if near.len() == count {
+                gram.clone()
+            } else {
+                Mat::<f64>::from_fn(near.len(), near.len(), |i, j| gram[(near[i], near[j])])
+            };
             for (i, s) in near.iter().enumerate() {
                 system[(i, i)] += weight * f64::from(own[*s]).powi(2) + RIDGE * largest;
             }

@@ -11,7 +11,7 @@ fn case() -> (Rig, Curves, Meshes) {
     let bent = bent.positions().iter().map(|point| *point + dice.point() * 1e-3).collect();
     let bent = Meshes::new(poses.frame_axis(), base.parts.clone(), 96, bent).unwrap();
     let unposed = unpose_meshes(&base, &bent, &poses, Keep::PoseShapes).unwrap();
-    let rig = fit_pose_shapes(&base, &unposed, &poses, 1e-6).unwrap();
+    let rig = fit_pose_shapes(&base, &unposed, &poses, 0.0).unwrap();
     let meshes = toy::evaluated(&rig, &poses);
     (rig, poses, meshes)
 }

@@ -187,7 +187,8 @@ impl Problem {
         let mut settled = self.settle(&residual);
         let mut direction = settled.clone();
         let mut size = dot(&residual, &settled);
-        let goal = 1e-22 * size;
+        // Strains are kept in single precision, a few parts in 10⁸.
+        let goal = 1e-20 * size;
         for _ in 0..200 {
             if size <= goal || size == 0.0 {
                 break;
@@ -281,6 +282,9 @@ pub fn solve_strains(
     Ok(Some(SolvedStrains { strains: Curves::new(meshes.frame_axis(), names, values)?, residual_m, losses_m2 }))
 }
 
+/// Frames whose targets are pulled back together.
+const PIECE: usize = 48;
+
 fn prepare(
     rig: &Rig,
     meshes: &Meshes,
@@ -313,17 +317,23 @@ fn prepare(
     let pose_shapes = PoseShapes::new(rig, poses)?;
     let at = Poses::new(rig, poses)?;
     // Bᵀ (V − M(θ, 0)), and its square without Bᵀ, a piece of the frames at a time.
+    let firsts: Vec<usize> = (0..frames).step_by(PIECE).collect();
+    let parts: Vec<(Mat<f64>, Vec<f64>)> = firsts
+        .par_iter()
+        .map(|first| {
+            let last = (first + PIECE).min(frames);
+            let pull = |frame| pulled(rig, meshes, &weights, &pose_shapes, &at, frame);
+            let (columns, squares): (Vec<Vec<f64>>, Vec<f64>) = (*first..last).map(pull).unzip();
+            let pulled = Mat::<f64>::from_fn(shapes.nrows(), last - first, |row, t| columns[t][row]);
+            let mut own = Mat::<f64>::zeros(count, last - first);
+            matmul(own.as_mut(), Accum::Replace, shapes.transpose(), pulled.as_ref(), 1.0, Par::Seq);
+            (own, squares)
+        })
+        .collect();
     let (mut right, mut squares) = (Mat::<f64>::zeros(count, frames), Vec::with_capacity(frames));
-    for first in (0..frames).step_by(64) {
-        let last = (first + 64).min(frames);
-        let columns: Vec<(Vec<f64>, f64)> = (first..last)
-            .into_par_iter()
-            .map(|frame| pulled(rig, meshes, &weights, &pose_shapes, &at, frame))
-            .collect();
-        let pulled = Mat::<f64>::from_fn(shapes.nrows(), last - first, |row, t| columns[t].0[row]);
-        let own = product(shapes.transpose(), pulled.as_ref());
-        right.subcols_mut(first, last - first).copy_from(&own);
-        squares.extend(columns.iter().map(|(_, square)| square));
+    for (first, (own, some)) in firsts.iter().zip(parts) {
+        right.subcols_mut(*first, own.ncols()).copy_from(&own);
+        squares.extend(some);
     }
     let eigen = normal
         .self_adjoint_eigen(Side::Lower)

@@ -122,6 +122,9 @@ pub struct MeshError {
     pub max_m: Vec<f64>,
     /// Mean distance of each vertex over all frames.
     pub vertex_m: Vec<f64>,
+    /// Root of the mean squared second difference over time of the offsets from the truth, over all vertices and inner frames;
+    /// 0 where there are fewer than three. Unlike a distance it does not see an offset that stays.
+    pub jitter_m: f64,
 }
 
 /// The distances of the vertices `chosen` between `found` (a frame's positions by its number) and `truth`.
@@ -139,7 +142,9 @@ pub fn mesh_error<'m>(
         rms_m: Vec::with_capacity(frames),
         max_m: Vec::with_capacity(frames),
         vertex_m: vec![0.0; chosen.len()],
+        jitter_m: 0.0,
     };
+    let inner = frames.saturating_sub(2);
     for frame in 0..frames {
         let (own, known) = (found(frame), truth.frame(frame));
         let (mut sum, mut squares, mut most) = (0.0, 0.0, 0.0_f64);
@@ -159,6 +164,14 @@ pub fn mesh_error<'m>(
         error.rms_m.push((squares / count).sqrt());
         error.max_m.push(most);
     }
+    for frame in 1..=inner {
+        let offset =
+            |frame: usize, vertex: usize| found(frame)[vertex].as_dvec3() - truth.frame(frame)[vertex].as_dvec3();
+        let second =
+            |vertex: &usize| offset(frame - 1, *vertex) - 2.0 * offset(frame, *vertex) + offset(frame + 1, *vertex);
+        error.jitter_m += chosen.iter().map(|vertex| second(vertex).length_squared()).sum::<f64>();
+    }
+    error.jitter_m = (error.jitter_m / (inner * chosen.len()).max(1) as f64).sqrt();
     Ok(error)
 }
 
@@ -216,5 +229,18 @@ mod tests {
         let one = Meshes::new(axis, linear.parts.clone(), 96, moved).unwrap();
         let error = mesh_error(&one, &[3, 80], |_| &linear.neutral).unwrap();
         assert!((error.mean_m[0] - 5e-3).abs() < 1e-8 && (error.max_m[0] - 5e-3).abs() < 1e-8);
+        assert!(error.jitter_m == 0.0);
+    }
+
+    #[test]
+    fn jitter_is_the_second_difference_of_what_is_off() {
+        let head = toy::bare_head();
+        let shift = [0.0, 3e-3, 0.0, 0.0].map(|by| Vec3::new(0.0, by, 0.0) + Vec3::X);
+        let moved = shift.iter().flat_map(|by| head.neutral.iter().map(move |point| *point + *by)).collect();
+        let axis = wire::FrameAxis::new(4, 60.0);
+        let truth = Meshes::new(axis, head.parts.clone(), 96, moved).unwrap();
+        let error = mesh_error(&truth, &[3, 80], |_| &head.neutral).unwrap();
+        // Second differences of −6 and 3 mm in the two inner frames.
+        assert!((error.jitter_m - 1e-3 * (45.0_f64 / 2.0).sqrt()).abs() < 1e-6, "{}", error.jitter_m);
     }
 }

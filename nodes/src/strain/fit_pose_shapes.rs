@@ -15,19 +15,20 @@ const CORRECTED: Port<Rig> = Port::new(
     "the same head with nine pose shapes a joint, driven by its rotation, and three for the jaw's translation",
 );
 
-/// Fits pose shapes to unposed meshes: the least-squares answer, and of all equally good ones the smallest.
+/// Fits pose shapes to unposed meshes by least squares, the smaller the less the motion shows what they do.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FitPoseShapes {
-    /// Directions of motion that the meshes hardly show are left out: those with less than this share of the variance of the
-    /// strongest.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    least_share: f64,
+    /// How far weak motion of the joints is left to the strains: directions of motion (each feature taken by its own spread) that
+    /// are much weaker than this share of the strongest hardly get shapes. 0 explains all it can, and takes from the strains what
+    /// merely happened along with the joints in training; more is safer and coarser.
+    #[schemars(range(min = 0.0, max = 100.0))]
+    stiffness: f64,
 }
 
 impl Default for FitPoseShapes {
     fn default() -> Self {
-        Self { least_share: 1e-4 }
+        Self { stiffness: 0.25 }
     }
 }
 
@@ -41,7 +42,7 @@ impl Node for FitPoseShapes {
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
         context.go_on()?;
-        let rig = fit_pose_shapes(inputs.get(&RIG)?, inputs.get(&MESHES)?, inputs.get(&POSES)?, self.least_share);
+        let rig = fit_pose_shapes(inputs.get(&RIG)?, inputs.get(&MESHES)?, inputs.get(&POSES)?, self.stiffness);
         Ok(Outputs::default().with(&CORRECTED, rig.map_err(super::fault)?))
     }
 }

@@ -41,7 +41,7 @@ pub struct FitStrainShapes {
 
 impl Default for FitStrainShapes {
     fn default() -> Self {
-        Self { rounds: 10, prior_mm: 1.0, distance_penalty: 1e-9, falloff_mm: 20.0, reach_mm: None }
+        Self { rounds: 10, prior_mm: 0.1, distance_penalty: 1e-11, falloff_mm: 20.0, reach_mm: None }
     }
 }
 

@@ -15,10 +15,15 @@ const RIG: Port<Rig> =
     Port::new("rig", "in place of meshes: a rig whose neutral face is measured, as if nothing moved");
 const ERROR: Port<Curves> =
     Port::new("error", "`mean_mm`, `rms_mm` and `max_mm` over the vertices, in each frame, in millimetres");
-const SCORES: Port<Scores> =
-    Port::new("scores", "mean distance over all frames and vertices in millimetres, with `rms_mm` and `max_mm`");
+const SCORES: Port<Scores> = Port::new(
+    "scores",
+    "mean distance over all frames and vertices in millimetres, with `rms_mm`, `max_mm` and `jitter_mm`",
+);
 
 /// Measures the distances between the vertices of meshes and those of the true meshes.
+///
+/// `jitter_mm` is the root mean square of what the offsets do from frame to frame (their second differences over time): an offset
+/// that stays is no jitter.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshError {
@@ -75,7 +80,11 @@ impl Node for MeshError {
         let scores = Scores {
             what: "mean distance of vertices in mm".to_owned(),
             overall: mm(mean),
-            by_name: vec![("rms_mm".to_owned(), mm(rms)), ("max_mm".to_owned(), mm(most))],
+            by_name: vec![
+                ("rms_mm".to_owned(), mm(rms)),
+                ("max_mm".to_owned(), mm(most)),
+                ("jitter_mm".to_owned(), mm(error.jitter_m)),
+            ],
         };
         Ok(Outputs::default().with(&ERROR, curves).with(&SCORES, scores))
     }
