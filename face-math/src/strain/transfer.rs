@@ -239,15 +239,22 @@ pub fn transfer_guides(
     same("guides of the character", actor.frames(), character.frames())?;
     let count = actor.frames();
     let guides = offsets(actor_rest, actor);
+    let delta = |guide: usize, vertex: usize| {
+        DVec3::new(guides[(3 * vertex, guide)], guides[(3 * vertex + 1, guide)], guides[(3 * vertex + 2, guide)])
+    };
     let normal = product(guides.transpose(), guides.as_ref());
-    let right = product(guides.transpose(), offsets(actor_rest, meshes).as_ref());
     let matrix: Vec<f64> = (0..count * count).map(|at| normal[(at / count, at % count)]).collect();
     let (low, high) = if bounded { (0.0, 1.0) } else { (-1e6, 1e6) };
     let unsolved = |_| StrainError::Decomposition { what: "the guide shapes (are two of them alike?)" };
     let problem = BoundedQuadratic::new(matrix, vec![low; count], vec![high; count]).map_err(unsolved)?;
     let (mut values, mut positions) = (Vec::new(), Vec::new());
     for frame in 0..meshes.frames() {
-        let c: Vec<f64> = (0..count).map(|guide| right[(guide, frame)]).collect();
+        // Summed vertex by vertex, so that a frame has the same bits whatever frames stand beside it.
+        let pulled = |guide: usize| -> f64 {
+            let posed = meshes.frame(frame).iter().zip(actor_rest).enumerate();
+            posed.map(|(vertex, (posed, rest))| delta(guide, vertex).dot(posed.as_dvec3() - rest.as_dvec3())).sum()
+        };
+        let c: Vec<f64> = (0..count).map(pulled).collect();
         // A start of its own for each frame: a frame does not depend on those before it.
         let mut start = problem.cold();
         let weights = problem.solve(&c, &mut start).map_err(unsolved)?.to_vec();
