@@ -168,7 +168,9 @@ fn the_chart_shows_keys_errors_and_what_is_wrong() {
         assert!(shown.contains(part), "{part} is not on\n{shown}");
     }
     press(&mut state, "?");
-    let help = screen(&state);
+    let mut help = screen(&state);
+    press(&mut state, &"j ".repeat(40));
+    help += &screen(&state);
     assert!(
         help.contains("type a key's value") && help.contains("anchor this frame") && !help.contains("rename"),
         "{help}"

@@ -41,6 +41,26 @@ impl Pane {
         String::from_utf8_lossy(&output.stdout).into_owned()
     }
 
+    /// Kills the editor as `kill -9` does, and waits until it has ended.
+    ///
+    /// # Panics
+    /// Where it cannot be killed, or lives on for two minutes.
+    pub fn kill(self) {
+        let process = self.tmux(&["display-message", "-p", "#{pane_pid}"]);
+        let killed = Command::new("kill").args(["-9", process.trim()]).status();
+        assert!(killed.is_ok_and(|status| status.success()), "the editor cannot be killed");
+        // What holds much memory takes a while to end. Who does not wait for it finds it as a zombie.
+        let lives = || {
+            let facts = std::fs::read_to_string(format!("/proc/{}/stat", process.trim())).unwrap_or_default();
+            facts.rsplit(')').next().is_some_and(|rest| !rest.is_empty() && !rest.trim_start().starts_with(['Z', 'X']))
+        };
+        let begun = Instant::now();
+        while lives() {
+            assert!(begun.elapsed() < Duration::from_mins(2), "the killed editor lives on");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
     /// Presses keys by the names that tmux has for them.
     pub fn press(&self, keys: &[&str]) {
         for key in keys {

@@ -3,7 +3,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use whole_system::Pane;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_grimace-under-test");
@@ -59,9 +58,7 @@ fn a_killed_editor_loses_no_edit() {
     pane.press(&["/", "r", "i", "g", "Enter", "n", "C-u"]);
     pane.press(&["j", "a", "w", "Enter"]);
     pane.wait_for("unsaved");
-    let process = pane.tmux(&["display-message", "-p", "#{pane_pid}"]);
-    Command::new("kill").args(["-9", process.trim()]).status().unwrap();
-    drop(pane);
+    pane.kill();
     assert_eq!(fs::read_to_string(&graph).unwrap(), GRAPH);
     let Some(pane) = open("again", &graph, (80, 24)) else { return };
     pane.wait_for("bring them back");

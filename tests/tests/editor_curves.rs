@@ -1,7 +1,6 @@
 //! Curve work in a real terminal: keys set, moved, deleted and taken back over a solve of `graphs/fdls`, and what that writes.
 #![allow(clippy::unwrap_used, reason = "a failing unwrap is a failing test")]
 
-use std::process::Command;
 use whole_system::{Pane, Project, root};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_grimace-under-test");
@@ -97,9 +96,7 @@ fn a_killed_editor_loses_no_key() {
     begin(&pane);
     pane.press(&["+", "a"]);
     pane.wait_for("1 keys, 1 anchors");
-    let process = pane.tmux(&["display-message", "-p", "#{pane_pid}"]);
-    Command::new("kill").args(["-9", process.trim()]).status().unwrap();
-    drop(pane);
+    pane.kill();
     assert_eq!(project.read("fdls/edits.ron"), before);
     let Some(pane) = open(&project, "again", (100, 30)) else { return };
     pane.wait_for("bring them back");
