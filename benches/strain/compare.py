@@ -47,26 +47,45 @@ theirs = time.perf_counter() - begin
 mine = read("shapes.bin").reshape(S, 3 * N).T
 row("strain shapes, one round (A.3)", theirs, ours["shapes_seconds"], np.abs(refined @ (E - mine).T).max())
 
-# B.3: the whole take as one banded system of normal equations (rest pose, as skinning hardly changes it).
+# B.3: the whole take as one banded system of normal equations.
 E = mine
-begin = time.perf_counter()
-gram, right = E.T @ E + 1e-8 * np.eye(S), V @ E
 second = np.zeros((T, T))
 for t in range(T):
     second[t, t] -= 2
     second[t, max(t - 1, 0)] += 1
     second[t, min(t + 1, T - 1)] += 1
 couple = 4e-4 * (second.T @ second)
-band = np.zeros((2 * S + 1, T * S))
-for t in range(T):
-    for i in range(S):
-        band[:S - i, t * S + i] = gram[i:, i]
-    for step in range(3):
-        if t + step < T:
-            band[step * S, t * S:(t + 1) * S] += couple[t, t + step]
-solved = solveh_banded(band, right.reshape(-1), lower=True, overwrite_ab=True).reshape(T, S)
+def solve_band(gram, right):
+    band = np.zeros((2 * S + 1, T * S))
+    for t in range(T):
+        own = gram(t) + 1e-8 * np.eye(S)
+        for i in range(S):
+            band[:S - i, t * S + i] = own[i:, i]
+        for step in range(3):
+            if t + step < T:
+                band[step * S, t * S:(t + 1) * S] += couple[t, t + step]
+    return solveh_banded(band, right.reshape(-1), lower=True, overwrite_ab=True).reshape(T, S)
+answer = read("solved.bin").reshape(T, S)
+off = lambda solved: np.abs((solved - answer) @ E.T).max()
+
+# As if no joint turned the skin: one matrix for all frames.
+begin = time.perf_counter()
+one = E.T @ E
+solved = solve_band(lambda t: one, V @ E)
 theirs = time.perf_counter() - begin
-row("strain solve (B.3)", theirs, ours["solve_seconds"], np.abs((solved - read("solved.bin").reshape(T, S)) @ E.T).max())
+row("strain solve (B.3), the other side on the rest pose", theirs, ours["solve_seconds"], off(solved))
+
+# The same problem: every frame's shapes turned by its joints.
+left, turns, skin = read("left.bin").reshape(T, 3 * N), read("turns.bin").reshape(T, 3, 3), read("skin.bin")
+begin = time.perf_counter()
+right = np.empty((T, S))
+def gram(t):
+    turned = (E.reshape(N, 3, S) + skin[:, None, None] * ((turns[t] - np.eye(3)) @ E.reshape(N, 3, S))).reshape(3 * N, S)
+    right[t] = left[t] @ turned
+    return turned.T @ turned
+solved = solve_band(gram, right)
+theirs = time.perf_counter() - begin
+row("strain solve (B.3)", theirs, ours["solve_seconds"], off(solved))
 
 # B.2: sparse least squares.
 J = int(ours["jaw_frames"])

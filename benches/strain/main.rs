@@ -216,6 +216,16 @@ fn strains(sheet: &mut Sheet, subject: &Subject, trained: &Rig) {
     let (_, half_seconds) = timed(|| solve(&cut_meshes(meshes, half), &cut(poses, half)));
     sheet.tell("solve_seconds", seconds);
     sheet.tell("solve_seconds_half_frames", half_seconds);
+    // The same problem for the other side: what strains are to explain, and how the jaw turns it.
+    let still = poses.arrange(&trained.channels, Some(0.0)).unwrap();
+    let puppet = Puppet::new(trained).unwrap();
+    let rest: Vec<Vec3> = (0..still.frames()).flat_map(|t| puppet.vertices(still.frame(t)).unwrap()).collect();
+    let off: Vec<Vec3> = meshes.positions().iter().zip(&rest).map(|(posed, rest)| *posed - *rest).collect();
+    sheet.write("left.bin", &vectors(&off));
+    let at = Poses::new(trained, poses).unwrap();
+    let turns = (0..still.frames()).flat_map(|t| at.frame(t)[0].rotation.transpose().to_cols_array());
+    sheet.write("turns.bin", &turns.collect::<Vec<_>>());
+    sheet.write("skin.bin", &weights(trained, &(0..trained.neutral.len()).collect::<Vec<_>>()));
     sheet.write("solved.bin", &solved.strains.values().iter().map(|value| f64::from(*value)).collect::<Vec<_>>());
 }
 

@@ -1,64 +1,72 @@
 //! Skin that hangs between skull and joints: what makes the normal matrix of [`solve_strains`](super::solve_strains()) differ
 //! from frame to frame, as a few constant matrices and a few numbers a frame.
 
-use super::matrix::product;
 use crate::rig::JawPose;
-use faer::Mat;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 use glam::DMat3;
-use rayon::prelude::*;
+use std::ops::Range;
 
-/// The sums G with the skin they belong to.
-pub(super) struct Hanging {
-    /// For each joint, or pair of joints with shared skin, six matrices: xx, yy, zz, xy, xz, yz (the last three doubled).
-    pub sums: Vec<(usize, Option<usize>, Vec<Mat<f64>>)>,
-}
+/// For a joint, or a pair of joints with shared skin, six matrices G: xx, yy, zz, xy, xz, yz (the last three doubled).
+pub(super) type HangingSums = [Mat<f64>; 6];
 
 const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
-impl Hanging {
-    /// The sums for E (`3 N × S`) on skin of the given weights.
-    pub fn new(weights: &[&[f32]], shapes: &Mat<f64>) -> Self {
-        let mut sums = Vec::new();
-        for (k, own) in weights.iter().enumerate() {
-            let own = |vertex: usize| f64::from(own[vertex]);
-            sums.extend(Self::of(shapes, |vertex| own(vertex) * (1.0 - own(vertex))).map(|sum| (k, None, sum)));
-            for (l, other) in weights.iter().enumerate().skip(k + 1) {
-                let both = |vertex: usize| own(vertex) * f64::from(other[vertex]);
-                sums.extend(Self::of(shapes, both).map(|sum| (k, Some(l), sum)));
-            }
-        }
-        Self { sums }
+/// Joints and pairs of joints that skin hangs on.
+pub(super) struct Hanging<'a> {
+    weights: &'a [&'a [f32]],
+    places: Vec<(usize, Option<usize>)>,
+}
+
+impl<'a> Hanging<'a> {
+    /// By the weights of the joints' skin, one a vertex.
+    pub fn new(weights: &'a [&'a [f32]]) -> Self {
+        let mut own = Self { weights, places: Vec::new() };
+        let joints = 0..weights.len();
+        let places = joints
+            .clone()
+            .flat_map(|k| std::iter::once((k, None)).chain((k + 1..joints.end).map(move |l| (k, Some(l)))));
+        let hangs =
+            |place: &(usize, Option<usize>)| (0..weights[place.0].len()).any(|vertex| own.weight(*place, vertex) > 0.0);
+        own.places = places.filter(hangs).collect();
+        own
     }
 
-    fn of(shapes: &Mat<f64>, weight: impl Fn(usize) -> f64) -> Option<Vec<Mat<f64>>> {
-        let count = shapes.nrows() / 3;
-        let chosen: Vec<usize> = (0..count).filter(|vertex| weight(*vertex) != 0.0).collect();
-        if chosen.is_empty() {
-            return None;
-        }
-        let rows = |axis: usize, weighed: bool| {
-            Mat::<f64>::from_fn(shapes.ncols(), chosen.len(), |s, at| {
-                shapes[(3 * chosen[at] + axis, s)] * if weighed { weight(chosen[at]) } else { 1.0 }
-            })
-        };
-        let (weighed, plain) = ([0, 1, 2].map(|axis| rows(axis, true)), [0, 1, 2].map(|axis| rows(axis, false)));
-        let sum = |(a, b): &(usize, usize)| {
-            let sum = product(weighed[*a].as_ref(), plain[*b].transpose());
+    /// `m_k` (1 − `m_k`), or `m_k` `m_l`.
+    fn weight(&self, (k, l): (usize, Option<usize>), vertex: usize) -> f64 {
+        let own = f64::from(self.weights[k][vertex]);
+        own * l.map_or(1.0 - own, |l| f64::from(self.weights[l][vertex]))
+    }
+
+    /// The sums over a run of vertices, `shapes` their rows of E.
+    pub fn sums(&self, run: &Range<usize>, shapes: MatRef<'_, f64>) -> Vec<HangingSums> {
+        self.places.iter().map(|place| self.sums_of(*place, run, shapes)).collect()
+    }
+
+    fn sums_of(&self, place: (usize, Option<usize>), run: &Range<usize>, shapes: MatRef<'_, f64>) -> HangingSums {
+        let weights = run.clone().map(|vertex| self.weight(place, vertex)).enumerate();
+        let chosen: Vec<(usize, f64)> =
+            weights.filter(|(_, weight)| *weight > 0.0).map(|(row, weight)| (row, weight.sqrt())).collect();
+        let weighed: [Mat<f64>; 3] = std::array::from_fn(|axis| {
+            Mat::from_fn(chosen.len(), shapes.ncols(), |at, s| chosen[at].1 * shapes[(3 * chosen[at].0 + axis, s)])
+        });
+        PAIRS.map(|(a, b)| {
+            let mut sum = Mat::<f64>::zeros(shapes.ncols(), shapes.ncols());
+            matmul(sum.as_mut(), Accum::Replace, weighed[a].transpose(), weighed[b].as_ref(), 1.0, Par::Seq);
             if a == b { sum } else { &sum + sum.transpose() }
-        };
-        Some(PAIRS.par_iter().map(sum).collect())
+        })
     }
 
     /// The numbers by which the sums count in a frame.
     pub fn factors(&self, poses: &[JawPose]) -> Vec<[f64; 6]> {
         let delta = |joint: usize| poses[joint].rotation - DMat3::IDENTITY;
-        let of = |(k, l, _): &(usize, Option<usize>, Vec<Mat<f64>>)| {
+        let of = |(k, l): &(usize, Option<usize>)| {
             let symmetric = match l {
                 None => delta(*k) + delta(*k).transpose(),
                 Some(l) => delta(*k).transpose() * delta(*l) + delta(*l).transpose() * delta(*k),
             };
             PAIRS.map(|(a, b)| symmetric.col(b)[a])
         };
-        self.sums.iter().map(of).collect()
+        self.places.iter().map(of).collect()
     }
 }

@@ -4,7 +4,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
-/// Columns of a product that are computed together.
+/// Columns of a product that are computed together: whole vertices of three.
 const PIECE: usize = 192;
 
 /// `left` · `right`, piece by piece over the columns.

@@ -2,7 +2,7 @@
 //! rest, because the same numbers are added in the same order. And how far vertices are from curves: d of section A.3.
 
 use super::error::{StrainError, same};
-use crate::data::{Curves, Meshes, Muscles};
+use crate::data::{Curves, Meshes, MuscleCurve, Muscles};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -33,25 +33,41 @@ pub fn measure_strains(muscles: &Muscles, meshes: &Meshes) -> Result<Curves, Str
 
 /// d_{s,i} = distance of vertex i from curve s over `falloff_m`, not finite beyond `reach_m`: S numbers a vertex.
 pub fn distance_penalties(muscles: &Muscles, neutral: &[Vec3], falloff_m: f64, reach_m: f64) -> Vec<f32> {
-    let places: Vec<Vec<DVec3>> =
-        muscles.curves().iter().map(|curve| curve.points.iter().map(|point| point.at(neutral)).collect()).collect();
+    let points = |curve: &MuscleCurve| -> Vec<DVec3> { curve.points.iter().map(|point| point.at(neutral)).collect() };
+    let curves: Vec<Vec<Segment>> =
+        muscles.curves().iter().map(|curve| points(curve).windows(2).map(Segment::new).collect()).collect();
     neutral
         .par_iter()
         .flat_map_iter(|vertex| {
             let vertex = vertex.as_dvec3();
-            places.iter().map(move |places| {
-                let nearest =
-                    places.windows(2).map(|pair| from_segment(vertex, pair[0], pair[1])).fold(f64::INFINITY, f64::min);
+            curves.iter().map(move |segments| {
+                let nearest = segments.iter().map(|own| own.square_from(vertex)).fold(f64::INFINITY, f64::min).sqrt();
                 if nearest > reach_m { f32::INFINITY } else { (nearest / falloff_m) as f32 }
             })
         })
         .collect()
 }
 
-fn from_segment(point: DVec3, from: DVec3, to: DVec3) -> f64 {
-    let edge = to - from;
-    let along = (edge.dot(point - from) / edge.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    point.distance(from + along * edge)
+/// A straight piece of a curve.
+struct Segment {
+    from: DVec3,
+    edge: DVec3,
+    /// 1 / ‖edge‖².
+    inverse: f64,
+}
+
+impl Segment {
+    fn new(ends: &[DVec3]) -> Self {
+        let edge = ends[1] - ends[0];
+        Self { from: ends[0], edge, inverse: 1.0 / edge.length_squared().max(f64::MIN_POSITIVE) }
+    }
+
+    /// Squared distance of a point.
+    fn square_from(&self, point: DVec3) -> f64 {
+        let arm = point - self.from;
+        let along = (self.edge.dot(arm) * self.inverse).clamp(0.0, 1.0);
+        (arm - along * self.edge).length_squared()
+    }
 }
 
 #[cfg(test)]

@@ -14,8 +14,11 @@
 //! - [`Transfer`]: meshes and rigs onto another head; [`transfer_guides`] (C) on top.
 
 mod banded;
+mod cholesky;
 mod error;
+mod expression_weights;
 mod hanging;
+mod jaw_misfit;
 mod joints;
 mod matrix;
 mod measure;
@@ -28,6 +31,8 @@ mod solve_jaw;
 mod solve_strains;
 #[cfg(test)]
 mod solve_strains_tests;
+mod strain_problem;
+mod strain_sums;
 mod surface;
 #[cfg(test)]
 pub(crate) mod toy;
@@ -37,6 +42,7 @@ mod transfer_rig;
 mod unpose;
 
 pub use error::StrainError;
+pub use expression_weights::expression_weights;
 pub use joints::{
     JointOptions, NamedJoint, POSE_CHANNELS, Poses, add_joints, euler_rad, joints, measure_poses, pose_channels,
 };
@@ -46,7 +52,7 @@ pub use muscles::{MusclePlan, Place, PlannedMuscle, mirrored_landmark, spread_mu
 pub use pose_shapes::fit_pose_shapes;
 pub use shapes::{StrainShapeOptions, StrainShapes, expression_shapes, fit_strain_shapes, refined_strains};
 pub use skinning::{FittedSkinning, fit_skinning};
-pub use solve_jaw::{JawSolveOptions, SolvedJaw, expression_weights, solve_jaw_pose};
+pub use solve_jaw::{JawSolveOptions, SolvedJaw, solve_jaw_pose};
 pub use solve_strains::{Manifold, SolvedStrains, StrainSolveOptions, solve_strains, strain_channels};
 pub use surface::Surface;
 pub use train::{MeshError, StrainReach, TrainedStrains, fit_linear_rig, mesh_error, train_strain_rig};

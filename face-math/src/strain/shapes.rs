@@ -18,12 +18,13 @@
 //! d_{s,i} is the distance of vertex i from the curve s over `falloff_m`; a vertex beyond `reach_m` of a curve is out of its
 //! reach for good (an infinite d), which makes shapes small and the systems smaller.
 
+use super::cholesky::Cholesky;
 use super::error::{StrainError, same};
 use super::matrix::{outer, pieces, product};
 use faer::linalg::solvers::Llt;
 use faer::prelude::Solve;
 use faer::{Mat, Side};
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How E and Γ are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,25 +73,96 @@ pub fn fit_strain_shapes<E: From<StrainError>>(
             return Err(StrainError::Setting { what, value, wanted: "0 or more" }.into());
         }
     }
-    let mut strains = measured.clone();
-    let mut shapes = expression_shapes(targets, &strains, penalties, options.distance_penalty)?;
-    let penalty = |shapes: &Mat<f64>| distance_loss(shapes, penalties, options.distance_penalty * frames as f64);
-    let mut losses_m2 = vec![loss(targets, &shapes, &strains, measured, options.prior_m2) + penalty(&shapes)];
+    let turns = Turns { targets, measured, penalties, options, square: targets.squared_norm_l2() };
+    let (mut strains, mut shapes) = (Strains::of(measured.clone(), 0.0), turns.shapes(measured)?);
+    let mut losses_m2 = vec![turns.loss(shapes.cross, &shapes, &strains)];
     go_on(0, losses_m2[0])?;
     for round in 0..options.rounds {
-        strains = refined_strains(targets, &shapes, measured, options.prior_m2)?;
-        losses_m2.push(loss(targets, &shapes, &strains, measured, options.prior_m2) + penalty(&shapes));
-        shapes = expression_shapes(targets, &strains, penalties, options.distance_penalty)?;
-        losses_m2.push(loss(targets, &shapes, &strains, measured, options.prior_m2) + penalty(&shapes));
+        let refined = turns.strains(&shapes)?;
+        strains = refined.0;
+        losses_m2.push(turns.loss(refined.1, &shapes, &strains));
+        shapes = turns.shapes(&strains.values)?;
+        losses_m2.push(turns.loss(shapes.cross, &shapes, &strains));
         go_on(round + 1, losses_m2[losses_m2.len() - 1])?;
     }
-    Ok(StrainShapes { shapes, strains, losses_m2 })
+    Ok(StrainShapes { shapes: shapes.transposed.transpose().to_owned(), strains: strains.values, losses_m2 })
 }
 
-/// The least ridge of a vertex' system, as a share of its greatest diagonal entry: strains that never differ share alike.
+/// E, transposed (S × `3 N`), and what the loss needs of it.
+struct Shapes {
+    transposed: Mat<f64>,
+    /// `EᵀE`.
+    gram: Mat<f64>,
+    /// ⟨V, E Γ⟩ for the strains they were found from.
+    cross: f64,
+    /// `μ T Σ ‖E_s D_s‖²`.
+    penalty: f64,
+}
+
+/// Γ, and what the loss needs of it.
+struct Strains {
+    values: Mat<f64>,
+    /// Γ Γᵀ.
+    gram: Mat<f64>,
+    /// `λ Σ ‖γ_p − γ‖²`.
+    prior: f64,
+}
+
+impl Strains {
+    fn of(values: Mat<f64>, prior: f64) -> Self {
+        Self { gram: product(values.as_ref(), values.transpose()), values, prior }
+    }
+}
+
+/// The two halves of a round. `‖V − E Γ‖²` = `‖V‖² − 2 ⟨V, E Γ⟩ + ⟨EᵀE, Γ Γᵀ⟩`, of which each half has all parts at hand.
+struct Turns<'a> {
+    targets: &'a Mat<f64>,
+    measured: &'a Mat<f64>,
+    penalties: &'a [f32],
+    options: &'a StrainShapeOptions,
+    square: f64,
+}
+
+impl Turns<'_> {
+    fn loss(&self, cross: f64, shapes: &Shapes, strains: &Strains) -> f64 {
+        let misfit = self.square - 2.0 * cross + inner(&shapes.gram, &strains.gram);
+        misfit.max(0.0) + strains.prior + shapes.penalty
+    }
+
+    fn shapes(&self, strains: &Mat<f64>) -> Result<Shapes, StrainError> {
+        let gram = product(strains.as_ref(), strains.transpose());
+        let pulled = product(strains.as_ref(), self.targets.transpose());
+        let weight = self.options.distance_penalty * self.targets.ncols() as f64;
+        let transposed = solved_shapes(&gram, &pulled, self.penalties, weight)?;
+        Ok(Shapes {
+            gram: outer(transposed.as_ref()),
+            cross: inner(&pulled, &transposed),
+            penalty: distance_loss(&transposed, self.penalties, weight),
+            transposed,
+        })
+    }
+
+    /// Γ, and ⟨V, E Γ⟩.
+    fn strains(&self, shapes: &Shapes) -> Result<(Strains, f64), StrainError> {
+        let pulled = product(shapes.transposed.as_ref(), self.targets.as_ref());
+        let values = solved_strains(&shapes.gram, &pulled, self.measured, self.options.prior_m2)?;
+        let (cross, off) = (inner(&pulled, &values), (self.measured - &values).squared_norm_l2());
+        Ok((Strains::of(values, self.options.prior_m2 * off), cross))
+    }
+}
+
+fn inner(a: &Mat<f64>, b: &Mat<f64>) -> f64 {
+    (0..a.ncols()).map(|j| (0..a.nrows()).map(|i| a[(i, j)] * b[(i, j)]).sum::<f64>()).sum()
+}
+
+/// The least ridge of a system, as a share of its greatest diagonal entry: strains that never differ share alike.
 const RIDGE: f64 = 1e-12;
 
-/// E for given Γ.
+fn ridge(gram: &Mat<f64>) -> f64 {
+    RIDGE * (0..gram.nrows()).map(|s| gram[(s, s)]).fold(f64::MIN_POSITIVE, f64::max)
+}
+
+/// E (`3 N × S`) for given Γ.
 ///
 /// # Errors
 /// Where a system cannot be solved.
@@ -100,52 +172,39 @@ pub fn expression_shapes(
     penalties: &[f32],
     distance_penalty: f64,
 ) -> Result<Mat<f64>, StrainError> {
-    let (count, frames, vertices) = (strains.nrows(), strains.ncols(), targets.nrows() / 3);
     let gram = product(strains.as_ref(), strains.transpose());
-    let largest = (0..count).map(|s| gram[(s, s)]).fold(f64::MIN_POSITIVE, f64::max);
-    let right = product(strains.as_ref(), targets.transpose());
-    let weight = distance_penalty * frames as f64;
-    let columns: Vec<Mat<f64>> = (0..vertices)
-        .into_par_iter()
-        .map(|vertex| {
-            let own = &penalties[vertex * count..(vertex + 1) * count];
-            // Skin that never moves has E = 0, whatever the system.
-            let moves = (0..3).any(|axis| (0..count).any(|s| right[(s, 3 * vertex + axis)] != 0.0));
-            let near: Vec<usize> = (0..count).filter(|s| moves && own[*s].is_finite()).collect();
-            let mut system = if near.len() == count {
-                gram.clone()
-            } else {
-                Mat::<f64>::from_fn(near.len(), near.len(), |i, j| gram[(near[i], near[j])])
-            };
-            for (i, s) in near.iter().enumerate() {
-                system[(i, i)] += weight * f64::from(own[*s]).powi(2) + RIDGE * largest;
-            }
-            let mut solved = Mat::<f64>::from_fn(near.len(), 3, |i, axis| right[(near[i], 3 * vertex + axis)]);
-            if !near.is_empty() {
-                let factor = Llt::new(system.as_ref(), Side::Lower);
-                factor
-                    .map_err(|_| StrainError::Decomposition { what: "the strains around a vertex" })?
-                    .solve_in_place(&mut solved);
-            }
-            let mut column = Mat::<f64>::zeros(count, 3);
-            for (i, s) in near.iter().enumerate() {
-                for axis in 0..3 {
-                    column[(*s, axis)] = solved[(i, axis)];
-                }
-            }
-            Ok(column)
-        })
-        .collect::<Result<_, StrainError>>()?;
-    let mut shapes = Mat::<f64>::zeros(3 * vertices, count);
+    let pulled = product(strains.as_ref(), targets.transpose());
+    let weight = distance_penalty * strains.ncols() as f64;
+    Ok(solved_shapes(&gram, &pulled, penalties, weight)?.transpose().to_owned())
+}
+
+/// Eᵀ from Γ Γᵀ and Γ Vᵀ, a system a vertex.
+fn solved_shapes(gram: &Mat<f64>, pulled: &Mat<f64>, penalties: &[f32], weight: f64) -> Result<Mat<f64>, StrainError> {
+    let (count, ridge) = (gram.nrows(), ridge(gram));
+    let mut shapes = Mat::<f64>::zeros(count, pulled.ncols());
+    let failed = AtomicBool::new(false);
     pieces(shapes.as_mut(), |first, mut out| {
-        for strain in 0..out.ncols() {
-            for (vertex, column) in columns.iter().enumerate() {
-                for axis in 0..3 {
-                    out[(3 * vertex + axis, strain)] = column[(first + strain, axis)];
-                }
+        let mut systems = Cholesky::new();
+        for here in (0..out.ncols()).step_by(3) {
+            let there = first + here;
+            let own = &penalties[there / 3 * count..][..count];
+            // Skin that never moves has E = 0, whatever the system.
+            let moves = (0..3).any(|axis| pulled.col(there + axis).iter().any(|value| *value != 0.0));
+            let near: Vec<usize> = (0..count).filter(|s| moves && own[*s].is_finite()).collect();
+            let entry = |i: usize, j: usize| {
+                let bend = if i == j { weight * f64::from(own[near[i]]).powi(2) + ridge } else { 0.0 };
+                gram[(near[j], near[i])] + bend
+            };
+            let right = |axis: usize, i: usize| pulled[(near[i], there + axis)];
+            let solved = systems.solve(near.len(), entry, right, |axis, i, value| out[(near[i], here + axis)] = value);
+            if !solved {
+                failed.store(true, Ordering::Relaxed);
             }
         }
     });
+    if failed.into_inner() {
+        return Err(StrainError::Decomposition { what: "the strains around a vertex" });
+    }
     Ok(shapes)
 }
 
@@ -159,37 +218,36 @@ pub fn refined_strains(
     measured: &Mat<f64>,
     prior_m2: f64,
 ) -> Result<Mat<f64>, StrainError> {
-    let count = shapes.ncols();
-    let mut system = outer(shapes.transpose());
-    let largest = (0..count).map(|s| system[(s, s)]).fold(f64::MIN_POSITIVE, f64::max);
-    for s in 0..count {
-        system[(s, s)] += prior_m2 + RIDGE * largest;
-    }
-    // Offsets from the measured strains are solved for, so that the ridge too draws towards those.
-    let residual = targets - &product(shapes.as_ref(), measured.as_ref());
-    let right = product(shapes.transpose(), residual.as_ref());
-    let factor = Llt::new(system.as_ref(), Side::Lower);
-    let factor = factor.map_err(|_| StrainError::Decomposition { what: "the expression shapes" })?;
-    let mut moved = right;
-    pieces(moved.as_mut(), |_, out| factor.solve_in_place(out));
-    Ok(measured + &moved)
+    let pulled = product(shapes.transpose(), targets.as_ref());
+    solved_strains(&outer(shapes.transpose()), &pulled, measured, prior_m2)
 }
 
-/// `Σ ‖Ṽ − E γ‖² + λ Σ ‖γ_p − γ‖²`.
-fn loss(targets: &Mat<f64>, shapes: &Mat<f64>, strains: &Mat<f64>, measured: &Mat<f64>, prior_m2: f64) -> f64 {
-    (targets - &product(shapes.as_ref(), strains.as_ref())).squared_norm_l2()
-        + prior_m2 * (measured - strains).squared_norm_l2()
+/// Γ from `EᵀE` and Eᵀ V; the ridge draws towards the measured strains too.
+fn solved_strains(
+    gram: &Mat<f64>,
+    pulled: &Mat<f64>,
+    measured: &Mat<f64>,
+    prior_m2: f64,
+) -> Result<Mat<f64>, StrainError> {
+    let pull = prior_m2 + ridge(gram);
+    let mut system = gram.clone();
+    (0..gram.nrows()).for_each(|s| system[(s, s)] += pull);
+    let factor = Llt::new(system.as_ref(), Side::Lower);
+    let factor = factor.map_err(|_| StrainError::Decomposition { what: "the expression shapes" })?;
+    let mut values = pulled + measured * faer::Scale(pull);
+    pieces(values.as_mut(), |_, out| factor.solve_in_place(out));
+    Ok(values)
 }
 
 /// `μ T Σ ‖E_s D_s‖²`.
-fn distance_loss(shapes: &Mat<f64>, penalties: &[f32], weight: f64) -> f64 {
-    let count = shapes.ncols();
-    let of = |vertex: usize, strain: usize| {
-        let penalty = f64::from(penalties[vertex * count + strain]);
-        let square: f64 = (0..3).map(|axis| shapes[(3 * vertex + axis, strain)].powi(2)).sum();
-        if penalty.is_finite() { penalty.powi(2) * square } else { 0.0 }
+fn distance_loss(transposed: &Mat<f64>, penalties: &[f32], weight: f64) -> f64 {
+    let count = transposed.nrows();
+    let of = |(vertex, penalties): (usize, &[f32])| -> f64 {
+        let square = |s: usize| (0..3).map(|axis| transposed[(s, 3 * vertex + axis)].powi(2)).sum::<f64>();
+        let finite = penalties.iter().enumerate().filter(|(_, penalty)| penalty.is_finite());
+        finite.map(|(s, penalty)| f64::from(*penalty).powi(2) * square(s)).sum()
     };
-    weight * (0..penalties.len()).map(|at| of(at / count, at % count)).sum::<f64>()
+    weight * penalties.chunks_exact(count).enumerate().map(of).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -217,8 +275,9 @@ mod tests {
     }
 
     fn total(case: &Case, options: &StrainShapeOptions, shapes: &Mat<f64>, strains: &Mat<f64>) -> f64 {
-        loss(&case.targets, shapes, strains, &case.measured, options.prior_m2)
-            + distance_loss(shapes, &case.penalties, options.distance_penalty * 50.0)
+        (&case.targets - shapes * strains).squared_norm_l2()
+            + options.prior_m2 * (&case.measured - strains).squared_norm_l2()
+            + distance_loss(&shapes.transpose().to_owned(), &case.penalties, options.distance_penalty * 50.0)
     }
 
     const OPTIONS: StrainShapeOptions = StrainShapeOptions { rounds: 10, prior_m2: 1e-4, distance_penalty: 1e-3 };

@@ -1,6 +1,7 @@
 //! A small head with joints for tests: a face, teeth and one eyeball, and motion for it.
 
 use super::joints::{JointOptions, add_joints, pose_channels};
+use super::{Keep, fit_pose_shapes, unpose_meshes};
 use crate::data::{Curves, Driver, Meshes, Part, Rig, Shape};
 use crate::rig::Puppet;
 use crate::rig::toy::Dice;
@@ -115,4 +116,18 @@ pub(crate) fn beside(a: &Curves, b: &Curves) -> Curves {
     let names = [a.channels(), b.channels()].concat();
     let values = (0..a.frames()).flat_map(|frame| [a.frame(frame), b.frame(frame)].concat()).collect();
     Curves::new(a.frame_axis(), names, values).unwrap()
+}
+
+/// A head whose skin bends with jaw and eyes by pose shapes, poses, and the meshes they make: 14 frames.
+pub(crate) fn bent_head() -> (Rig, Curves, Meshes) {
+    let base = jointed_head();
+    let poses = pose_curves(&base, 14);
+    let mut dice = Dice(91);
+    let bent = evaluated(&base, &poses);
+    let bent = bent.positions().iter().map(|point| *point + dice.point() * 1e-3).collect();
+    let bent = Meshes::new(poses.frame_axis(), base.parts.clone(), 96, bent).unwrap();
+    let unposed = unpose_meshes(&base, &bent, &poses, Keep::PoseShapes).unwrap();
+    let rig = fit_pose_shapes(&base, &unposed, &poses, 0.0).unwrap();
+    let meshes = evaluated(&rig, &poses);
+    (rig, poses, meshes)
 }

@@ -102,10 +102,27 @@ impl PoseShapes {
         Ok(Self { shapes, weights })
     }
 
+    /// Indices of the shapes in the rig.
+    pub fn shapes(&self) -> &[usize] {
+        &self.shapes
+    }
+
+    /// Their weights in a frame.
+    pub fn weights(&self, frame: usize) -> &[f32] {
+        &self.weights[frame * self.shapes.len()..(frame + 1) * self.shapes.len()]
+    }
+
+    /// Places of those that some frame uses.
+    pub fn moving(&self) -> Vec<usize> {
+        let count = self.shapes.len().max(1);
+        (0..self.shapes.len())
+            .filter(|at| self.weights.iter().skip(*at).step_by(count).any(|own| *own != 0.0))
+            .collect()
+    }
+
     /// Adds what they do in a frame to `offsets` (metres, one a vertex).
     pub fn add(&self, rig: &Rig, frame: usize, offsets: &mut [Vec3]) {
-        let weights = &self.weights[frame * self.shapes.len()..(frame + 1) * self.shapes.len()];
-        for (shape, weight) in self.shapes.iter().zip(weights) {
+        for (shape, weight) in self.shapes.iter().zip(self.weights(frame)) {
             let shape = &rig.shapes[*shape];
             for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
                 offsets[*vertex as usize] += *weight * *delta;
