@@ -252,7 +252,10 @@ fn jaw(sheet: &mut Sheet, subject: &Subject, skinned: &Rig, corrected: &Rig) {
     let every = vec![1.0; rig.neutral.len()];
     for (name, count) in [("jaw_seconds_all", meshes.frames()), ("jaw_seconds_all_half_frames", subject.half())] {
         let part = cut_meshes(meshes, count);
-        sheet.tell(name, timed(|| solve_jaw_pose(corrected, &part, None, &every, &options, || true).unwrap()).1);
+        let solve = || solve_jaw_pose(corrected, &part, None, &every, &options, || true).unwrap().unwrap();
+        let (solved, seconds) = timed(solve);
+        sheet.tell(name, seconds);
+        sheet.tell(&name.replace("seconds", "steps"), (solved.losses_m2.len() - 1) as f64);
     }
     sheet.write("jaw_rest.bin", &vectors(&small.neutral));
     sheet.write("jaw_target.bin", &vectors(few.positions()));

@@ -7,7 +7,7 @@ use plugin_host::build::{build, component, missing_tools};
 use plugin_host::sha256;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use whole_system::Project;
+use whole_system::{Pane, Project};
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/examples")
@@ -164,6 +164,42 @@ fn a_rebuilt_plugin_cooks_its_own_nodes_and_a_broken_one_waits_to_be_mended() {
     watch.until_waiting_for(2);
     watch.stop(0);
     assert!(project.path("out/a.csv").is_file() && project.path("out/b.csv").is_file());
+}
+
+#[test]
+fn the_editor_offers_plugins_and_takes_a_rebuilt_one_in() {
+    let project = project();
+    let take = |frame: usize| format!("{frame},0.{}\n", 2 + frame % 7);
+    project.write("take.csv", format!("# rate_hz: 60\nframe,jawOpen\n{}", (0..40).map(take).collect::<String>()));
+    project.write(
+        "graph.ron",
+        "(grimace: 1, nodes: {\n\
+           \"raw\": (kind: \"load_curves\", with: (path: \"take.csv\")),\n\
+           \"kept\": (kind: \"limit/limit\", in: {\"curves\": \"raw\"}, with: (most: 0.5)),\n})",
+    );
+    plant(&project, "limit", &honest());
+    let program = env!("CARGO_BIN_EXE_grimace-under-test");
+    let Some(pane) = Pane::open(program, "plugins", &project.path("graph.ron"), &[], (110, 32)) else { return };
+    pane.wait_for("plugins: 1 kind");
+    pane.press(&["r"]);
+    pane.wait_for("2 cooked");
+    // Its parameters stand in the form as those of any other node.
+    pane.press(&["/", "k", "e", "p", "Enter", "e"]);
+    pane.wait_for("most");
+    pane.press(&["Escape"]);
+    // Another build of it: its node is stale, and is cooked anew by the new code.
+    plant(&project, "limit", &harmed("unreachable"));
+    pane.wait_for("stale");
+    pane.press(&["r"]);
+    pane.wait_for("1 failed");
+    // A broken one ends neither the editor nor what else is in the graph.
+    project.write("plugins/limit/p.wasm", "no component");
+    pane.wait_for("plugins: 0 kinds");
+    plant(&project, "limit", &honest());
+    pane.wait_for("plugins: 1 kind");
+    pane.press(&["r"]);
+    pane.wait_for("2 up to date");
+    pane.press(&["q"]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What comes from outside: checks, cooks, values, files.
 
 use super::{curves, peek, unread};
+use crate::model::catalogue::Catalogue;
 use crate::model::curves::{Desk, FRAMES_A_BEAT};
 use crate::model::texts::Taken;
 use crate::model::{Cooking, Effect, Message, Overlay, Question, State};
@@ -54,6 +55,7 @@ pub fn take(state: &mut State, message: Message) -> Vec<Effect> {
             Vec::new()
         }
         Message::OnDisk { file, text } => on_disk(state, &file, text),
+        Message::Kinds(catalogue) => kinds(state, catalogue),
         Message::Saved(Ok(files)) => {
             for (file, text) in &files {
                 state.texts.saved(file, text);
@@ -131,6 +133,18 @@ fn ended(state: &mut State, summary: Result<Summary, String>) {
             if summary.failed > 0 { state.complain(text) } else { state.say(text) }
         }
     }
+}
+
+/// Plugins came, changed or went: boards have other ports, and what was cooked by the old ones is stale.
+fn kinds(state: &mut State, catalogue: Arc<Catalogue>) -> Vec<Effect> {
+    let count = catalogue.brought().count();
+    state.catalogue = catalogue;
+    state.refresh();
+    state.preview.forget();
+    state.say(format!("plugins: {count} {}", if count == 1 { "kind" } else { "kinds" }));
+    let mut effects = vec![Effect::Forget, Effect::Check];
+    effects.extend(if state.work.is_some() { curves::refresh(state) } else { peek(state) });
+    effects
 }
 
 fn on_disk(state: &mut State, file: &Path, text: Result<String, String>) -> Vec<Effect> {

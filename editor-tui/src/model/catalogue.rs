@@ -1,6 +1,6 @@
 //! The kinds of nodes that may be added: what they are called, take and give, and how they are found by a few letters.
 
-use graph_core::node::{KindDescription, PortFacts, describe, kinds};
+use graph_core::node::{KindDescription, Kinds, PortFacts, describe};
 use std::collections::BTreeMap;
 
 /// A kind as the editor knows it.
@@ -14,14 +14,19 @@ pub struct KindFacts {
     pub outputs: Vec<PortFacts>,
 }
 
-/// All kinds that this program knows.
+/// All kinds that can be had.
 #[derive(Debug, Clone, Default)]
 pub struct Catalogue(BTreeMap<String, KindFacts>);
 
 impl Catalogue {
     /// The kinds linked into this program.
     pub fn of_program() -> Self {
-        let facts = kinds().map(|(name, kind)| {
+        Self::of(&Kinds::default())
+    }
+
+    /// The kinds that a graph may name: those of the program and those of plugins.
+    pub fn of(kinds: &Kinds) -> Self {
+        let facts = kinds.all().into_iter().map(|(name, kind)| {
             let card = kind.card();
             (name.to_owned(), KindFacts { manual: describe(kind), inputs: card.inputs, outputs: card.outputs })
         });
@@ -31,6 +36,11 @@ impl Catalogue {
     /// The kind called `name`.
     pub fn get(&self, name: &str) -> Option<&KindFacts> {
         self.0.get(name)
+    }
+
+    /// The names of the kinds that plugins brought: `plugin-id/node`.
+    pub fn brought(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str).filter(|name| name.contains('/'))
     }
 
     /// The kinds that `typed` may mean, the likeliest first; all where nothing is typed.

@@ -284,6 +284,8 @@ pub enum Message {
         /// What it holds, or why it cannot be read.
         text: Result<String, String>,
     },
+    /// Plugins were found, or others than before.
+    Kinds(Arc<Catalogue>),
     /// Files were written.
     Saved(Result<Vec<(PathBuf, String)>, String>),
     /// Edits of an editor that was not closed.
@@ -304,6 +306,8 @@ pub enum Effect {
     Read(PathBuf),
     /// Check the texts and see what a cook would do.
     Check,
+    /// Drop what stands in memory: nodes compute something else now.
+    Forget,
     /// Cook everything, or only some nodes and what they need.
     Cook(Vec<String>),
     /// End the cook.

@@ -23,6 +23,7 @@ enum Job {
     Cook(Texts, Vec<String>),
     Peek(Texts, String, String),
     Work(Ask),
+    Forget,
 }
 
 /// Curves to be worked on.
@@ -67,6 +68,11 @@ impl Cooker {
         self.cancel.store(false, Ordering::Relaxed);
         // The thread lives as long as someone listens to it.
         drop(self.sender.send(Job::Cook(texts, only)));
+    }
+
+    /// Drops what stands in memory, once a cook that goes on is over.
+    pub fn forget(&self) {
+        drop(self.sender.send(Job::Forget));
     }
 
     /// Ends the cook.
@@ -127,6 +133,10 @@ impl Kitchen {
                         self.bench = None;
                         Err("the cook broke off; what was done is kept".to_owned())
                     }))
+                }
+                Job::Forget => {
+                    (self.standing, self.bench) = (None, None);
+                    continue;
                 }
                 Job::Peek(texts, cell, port) => {
                     self.bench = None;
@@ -217,13 +227,13 @@ impl Kitchen {
     }
 }
 
-/// Everything of a plan but parameters, as text.
+/// Everything of a plan but parameters, as text; the code of plugins too.
 fn shape(plan: &Plan) -> String {
     use std::fmt::Write;
     let mut shape = String::new();
     for node in &plan.nodes {
         let inputs: Vec<_> = node.inputs.iter().map(|input| (input.port.name, &input.sources)).collect();
-        let files = (&node.reads, &node.writes);
+        let files = (&node.reads, &node.writes, plan.kinds().get(&node.kind).map(|kind| kind.card().code));
         // Writing into a text cannot fail.
         let _ = writeln!(shape, "{} {} {:?} {inputs:?} {files:?}", node.path, node.kind, node.scope);
     }

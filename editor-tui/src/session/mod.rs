@@ -1,12 +1,13 @@
 //! What is done outside of the state: keys read, files read and written, cooks run, values fetched, the screen drawn.
 //!
 //! One thread holds the state and draws. `keys` reads the terminal, `checker` checks texts and `cooker` cooks, each on a
-//! thread of its own; all of them speak to the first by messages, so that nothing they do delays a key.
+//! thread of its own, `kinds` looks for plugins; all of them speak to the first by messages, so that nothing they do delays a key.
 
 mod checker;
 mod cooker;
 mod files;
 mod journal;
+mod kinds;
 mod screen;
 mod timings;
 mod workbench;
@@ -124,6 +125,7 @@ pub fn edit(asked: &Asked) -> Result<(), SessionError> {
     let (sender, messages) = channel();
     let mut session = Session::new(asked, state, &sender);
     let mut screen = screen::Screen::begin()?;
+    kinds::follow(&asked.graph, &sender);
     screen::read_keys(sender);
     session.draw(&mut screen)?;
     session.timings.opened(begun);
@@ -259,6 +261,7 @@ impl Session {
                 }
                 Effect::Check => self.checker.check(self.state.texts.revision, self.overlay()),
                 Effect::Cook(only) => self.cooker.cook(self.overlay(), only),
+                Effect::Forget => self.cooker.forget(),
                 Effect::Cancel => self.cooker.cancel(),
                 Effect::Work(cell, port) => self.cooker.work(Ask {
                     texts: self.overlay(),

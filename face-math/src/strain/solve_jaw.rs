@@ -48,6 +48,9 @@ pub struct SolvedJaw {
     pub losses_m2: Vec<f64>,
 }
 
+/// A step that lowers L by a smaller share moves vertices by less than their places are kept to.
+const SETTLED: f64 = 1e-10;
+
 /// Solves the jaw of `rig` in every frame of `meshes`. `others` holds the poses of the other joints (at rest where not given),
 /// `weights` W, one a vertex.
 ///
@@ -111,7 +114,7 @@ pub fn solve_jaw_pose(
             let moved = damped_step(&theta, &normals, damping, options.acceleration_m2)?;
             let own = loss(&moved);
             if own <= now {
-                lowered = now - own > 1e-12 * now;
+                lowered = now - own > SETTLED * now;
                 (theta, now) = (moved, own);
                 damping *= 0.1;
                 break;

@@ -21,7 +21,7 @@ graph_core::register!(FitLinearRig);
 #[typetag::serde(name = "fit_linear_rig")]
 impl Node for FitLinearRig {
     fn card(&self) -> Card {
-        Card::new("strain").takes(&RIG).takes(&MESHES).takes(&CURVES).gives(&LINEAR)
+        Card::new("strain").version(2).takes(&RIG).takes(&MESHES).takes(&CURVES).gives(&LINEAR)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {

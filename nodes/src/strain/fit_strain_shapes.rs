@@ -50,7 +50,14 @@ graph_core::register!(FitStrainShapes);
 #[typetag::serde(name = "fit_strain_shapes")]
 impl Node for FitStrainShapes {
     fn card(&self) -> Card {
-        Card::new("strain").takes(&RIG).takes(&MESHES).takes(&STRAINS).takes(&MUSCLES).gives(&TRAINED).gives(&REFINED)
+        Card::new("strain")
+            .version(2)
+            .takes(&RIG)
+            .takes(&MESHES)
+            .takes(&STRAINS)
+            .takes(&MUSCLES)
+            .gives(&TRAINED)
+            .gives(&REFINED)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {

@@ -50,7 +50,7 @@ graph_core::register!(SolveJawPose);
 #[typetag::serde(name = "solve_jaw_pose")]
 impl Node for SolveJawPose {
     fn card(&self) -> Card {
-        let card = Card::new("strain").takes(&RIG).takes(&MESHES).may_take(&POSES).may_take(&STRAINS);
+        let card = Card::new("strain").version(2).takes(&RIG).takes(&MESHES).may_take(&POSES).may_take(&STRAINS);
         card.gives(&SOLVED).gives(&RESIDUAL)
     }
 

@@ -49,7 +49,7 @@ graph_core::register!(SolveStrains);
 #[typetag::serde(name = "solve_strains")]
 impl Node for SolveStrains {
     fn card(&self) -> Card {
-        let card = Card::new("strain").takes(&RIG).takes(&MESHES).takes(&POSES).may_take(&AUTOENCODER);
+        let card = Card::new("strain").version(2).takes(&RIG).takes(&MESHES).takes(&POSES).may_take(&AUTOENCODER);
         card.gives(&STRAINS).gives(&RESIDUAL)
     }
 
