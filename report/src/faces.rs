@@ -1,4 +1,5 @@
-//! Pictures: the worst frames, rendered with the captured markers, and the contact sheets that the graph drew.
+//! Pictures: the worst frames, rendered with the captured markers, and what the graph drew: contact sheets, and how far meshes are
+//! off, truth beside result.
 
 use crate::ReportError;
 use crate::errors::{ALL, TakeError, best};
@@ -99,10 +100,20 @@ fn drawn(engine: &mut Engine, take: &TakeError) -> Result<String, ReportError> {
 
 /// The contact sheets that the graph drew.
 pub(crate) fn sheets(engine: &mut Engine) -> Result<Option<Section>, ReportError> {
+    Ok(drawn_by(engine, "render_faces")?.map(|body| Section { id: "sheets", title: "Contact sheets", body }))
+}
+
+/// The meshes that the graph drew beside those that they should be, with their distance in colours.
+pub(crate) fn meshes(engine: &mut Engine) -> Result<Option<Section>, ReportError> {
+    Ok(drawn_by(engine, "render_errors")?.map(|body| Section { id: "meshes", title: "Where meshes are off", body }))
+}
+
+/// The pictures of the cells of one kind; `None` where there are none.
+fn drawn_by(engine: &mut Engine, kind: &str) -> Result<Option<String>, ReportError> {
     let drawn: Vec<(usize, String, &'static str)> = engine
         .cells()
         .into_iter()
-        .filter(|cell| cell.kind == "render_faces")
+        .filter(|cell| cell.kind == kind && cell.failed.is_none())
         .filter_map(|cell| Some((cell.id, cell.name.to_owned(), cell.outputs.first()?.0)))
         .collect();
     if drawn.is_empty() {
@@ -115,13 +126,11 @@ pub(crate) fn sheets(engine: &mut Engine) -> Result<Option<Section>, ReportError
     for (cell, name, port) in drawn.into_iter().take(SHEETS) {
         let value = engine.value(cell, port, "")?;
         let Some(image) = value.downcast_ref::<Image>() else { continue };
-        let picture = {
-            let small = reduced(image);
-            embedded(&small, small.width_px(), &format!("contact sheet {name}"))?
-        };
+        let small = reduced(image);
+        let picture = embedded(&small, small.width_px(), &format!("picture of {name}"))?;
         let _ = writeln!(body, "<figure>{picture}<figcaption>{}</figcaption></figure>", escaped(&name));
     }
-    Ok(Some(Section { id: "sheets", title: "Contact sheets", body }))
+    Ok(Some(body))
 }
 
 /// The picture, reduced by a whole factor to what a page can show.

@@ -1,8 +1,8 @@
 //! Reports: one page about a cooked graph for those who look at results and cook none. Self-contained HTML: no scripts, no fonts
 //! and no pictures from elsewhere, readable in light and dark and by the keyboard alone.
 //!
-//! [`Told`] keeps what a cook told; [`page`] then looks at the engine: `drawing` draws the graph, `errors` find marker errors over time
-//! and the worst frames, which `faces` renders, `numbers` are scores and losses, `cells` say what was cooked and why, and `html`
+//! [`Told`] keeps what a cook told; [`page`] then looks at the engine: `drawing` draws the graph, `errors` find errors of markers and meshes
+//! over time and the worst frames, which `faces` renders, `numbers` are scores and losses, `cells` say what was cooked and why, and `html`
 //! puts it all into a page.
 
 mod cells;
@@ -57,13 +57,14 @@ pub struct Heading {
 /// Where a value cannot be looked at, or a picture not be drawn.
 pub fn page(engine: &mut Engine, told: &Told, heading: &Heading, folder: &Path) -> Result<String, ReportError> {
     let errors = errors::find(engine)?;
-    let sections: [Option<Section>; 8] = [
+    let sections: [Option<Section>; 9] = [
         Some(drawing::section(engine)),
         errors::over_time(&errors),
         faces::worst(engine, &errors)?,
         numbers::scores(engine)?,
         numbers::losses(engine)?,
         faces::sheets(engine)?,
+        faces::meshes(engine)?,
         Some(cells::section(engine)),
         cells::files(engine, folder),
     ];

@@ -23,6 +23,10 @@ const GRAPH: &str = r#"(
             in: {"curves": "calm", "markers": "actor.takes", "rig": "rig", "attachment": "attach", "regions": "actor.regions"},
         ),
         "score":  (kind: "curve_error", in: {"curves": "calm", "truth": "actor.truth"}),
+        "truth":  (kind: "evaluate_rig", in: {"rig": "rig", "curves": "actor.truth"}),
+        "meshes": (kind: "evaluate_rig", in: {"rig": "rig", "curves": "calm"}),
+        "off":    (kind: "mesh_error", in: {"truth": "truth", "meshes": "meshes"}),
+        "where":  (kind: "render_errors", in: {"truth": "truth", "meshes": "meshes"}, with: (count: 1, size_px: 96)),
         "sheet":  (kind: "render_faces", in: {"rig": "rig", "curves": "calm"}, with: (count: 2, size_px: 96, supersampling: 1)),
         "image":  (kind: "save_images", in: {"image": "sheet"}, with: (path: "${out}/a picture of {take}.png")),
     },
@@ -42,7 +46,7 @@ fn the_page_holds_everything_and_needs_nothing_from_elsewhere() {
     let (project, _) = reported();
     let page = project.read("pages/day.html");
     assert!(page.contains("Errors &amp; pictures of &lt;two&gt; takes."), "the page is escaped");
-    for section in ["graph", "errors", "worst", "scores", "sheets", "cells", "files"] {
+    for section in ["graph", "errors", "worst", "scores", "sheets", "meshes", "cells", "files"] {
         assert!(page.contains(&format!("<section id=\"{section}\"")), "{section}");
     }
     for outside in ["<script", "http-equiv", "@import", "url(", "src=\"http"] {
@@ -56,8 +60,9 @@ fn the_page_holds_everything_and_needs_nothing_from_elsewhere() {
     );
     assert!(page.contains("href=\"../solved/a%20picture%20of%20take_00.png\""));
     assert!(page.contains("it is new (show/graph.ron:"), "why a node was cooked");
-    // Two takes, three frames each, from two sides, and two contact sheets.
-    assert_eq!(page.matches("data:image/png;base64,").count(), 2 * 3 * 2 + 2);
+    // Two takes, three frames each, from two sides, two contact sheets, and two pictures of meshes.
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2 * 3 * 2 + 2 + 2);
+    assert!(page.contains("all markers") && page.contains("all vertices"), "errors of both are plotted");
 }
 
 #[test]
