@@ -6,9 +6,11 @@
 mod checker;
 mod cooker;
 mod files;
+mod graphics;
 mod journal;
 mod kinds;
 mod screen;
+mod sixel;
 mod timings;
 mod workbench;
 
@@ -18,7 +20,7 @@ use crate::model::catalogue::Catalogue;
 use crate::model::keymap::{Keymap, KeymapError};
 use crate::model::texts::Texts;
 use crate::model::{Effect, Message, State};
-use crate::view::{Theme, draw};
+use crate::view::{Theme, draw, look, pixels};
 use checker::Checker;
 use cooker::{Ask, Cooker};
 use graph_core::cook::Options;
@@ -125,6 +127,7 @@ pub fn edit(asked: &Asked) -> Result<(), SessionError> {
     let (sender, messages) = channel();
     let mut session = Session::new(asked, state, &sender);
     let mut screen = screen::Screen::begin()?;
+    session.graphics = graphics::Graphics::ask();
     kinds::follow(&asked.graph, &sender);
     screen::read_keys(sender);
     session.draw(&mut screen)?;
@@ -145,6 +148,8 @@ const NEWS: Duration = Duration::from_millis(40);
 struct Session {
     state: State,
     theme: Theme,
+    /// How the terminal draws pictures, where it does.
+    graphics: Option<graphics::Graphics>,
     cooker: Cooker,
     checker: Checker,
     journal: Journal,
@@ -159,6 +164,7 @@ impl Session {
         let store = Arc::new(Store::at(&asked.store));
         let mut session = Self {
             theme: Theme::of_terminal(),
+            graphics: None,
             cooker: Cooker::begin(asked, &root, &store, sender),
             checker: Checker::begin(asked, &root, &store, sender),
             journal: Journal::of(&asked.store, &root),
@@ -238,8 +244,16 @@ impl Session {
     }
 
     fn draw(&mut self, screen: &mut screen::Screen) -> Result<(), SessionError> {
+        self.theme.cell_px = self.graphics.as_ref().and_then(graphics::Graphics::cell_px);
         let (state, theme) = (&self.state, self.theme);
+        let look = look(state, theme);
+        if self.graphics.as_ref().is_some_and(|graphics| graphics.stale(look.as_ref())) {
+            screen.terminal.clear()?;
+        }
         screen.terminal.draw(|frame| draw(state, theme, frame))?;
+        if let Some(graphics) = &mut self.graphics {
+            graphics.show(look, |look| pixels(state, look), &mut std::io::stdout())?;
+        }
         Ok(())
     }
 

@@ -1,4 +1,4 @@
-//! Bodies in space: faces shaded in half blocks, points as dots.
+//! Bodies in space: faces shaded, points as dots; in half blocks, or in pixels where the terminal draws them.
 
 use super::chart::Dots;
 use super::theme::Theme;
@@ -60,7 +60,45 @@ pub fn draw(body: &Body, preview: &Preview, theme: Theme, area: Rect, buffer: &m
         return;
     }
     let (width, height) = (usize::from(area.width), usize::from(area.height) * 2);
-    let Some(camera) = Camera::of(body, preview, width as f32, height as f32) else { return };
+    let Some(shades) = shades(body, preview, width, height) else { return };
+    half_blocks(area, buffer, |x, y| {
+        let [r, g, b] = skin(shades[y * width + x])?;
+        Some(theme.rgb(r, g, b))
+    });
+}
+
+/// A body in pixels, `None` where it shows nothing there.
+pub fn pixels(body: &Body, preview: &Preview, width: usize, height: usize) -> Option<Vec<Option<[u8; 3]>>> {
+    if !body.triangles.is_empty() {
+        return Some(shades(body, preview, width, height)?.into_iter().map(skin).collect());
+    }
+    let points = body.frames.get(preview.frame)?;
+    let camera = Camera::of(body, preview, width as f32, height as f32)?;
+    let mut out = vec![None; width * height];
+    for (at, point) in points.iter().enumerate().filter(|(_, point)| point.is_finite()) {
+        let seen = camera.see(*point);
+        let (reach, colour) = if at == preview.row { (4, [137, 180, 250]) } else { (2, [249, 226, 175]) };
+        let (x, y) = (seen.x.round() as i32, seen.y.round() as i32);
+        for (dx, dy) in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy))) {
+            let (x, y) = (x + dx, y + dy);
+            let inside = (0..width as i32).contains(&x) && (0..height as i32).contains(&y);
+            if inside && dx * dx + dy * dy <= reach * reach {
+                out[y as usize * width + x as usize] = Some(colour);
+            }
+        }
+    }
+    Some(out)
+}
+
+/// The colour of lit skin; none where there is none.
+fn skin(shade: f32) -> Option<[u8; 3]> {
+    shade.is_finite().then(|| [222.0, 205.0, 196.0].map(|full: f32| (full * shade) as u8))
+}
+
+/// How light faces are on each spot, not a number where there are none.
+fn shades(body: &Body, preview: &Preview, width: usize, height: usize) -> Option<Vec<f32>> {
+    let points = body.frames.get(preview.frame)?;
+    let camera = Camera::of(body, preview, width as f32, height as f32)?;
     let mut shades = vec![f32::NAN; width * height];
     let mut near = vec![f32::NEG_INFINITY; width * height];
     let seen: Vec<Vec3> = points.iter().map(|point| camera.see(*point)).collect();
@@ -98,21 +136,23 @@ pub fn draw(body: &Body, preview: &Preview, theme: Theme, area: Rect, buffer: &m
             }
         }
     }
-    half_blocks(area, buffer, |x, y| {
-        let shade = shades[y * width + x];
-        let part = |full: f32| (full * shade) as u8;
-        shade.is_finite().then(|| theme.rgb(part(222.0), part(205.0), part(196.0)))
-    });
+    Some(shades)
 }
 
 /// Draws an image as large as it fits.
 pub fn image(image: &Image, theme: Theme, area: Rect, buffer: &mut Buffer) {
+    let (width, height) = (usize::from(area.width), usize::from(area.height) * 2);
+    let fitted = fitted(image, width, height);
+    half_blocks(area, buffer, |x, y| fitted[y * width + x].map(|[r, g, b]| theme.rgb(r, g, b)));
+}
+
+/// An image as large as it fits, in the middle; none where it does not reach.
+pub fn fitted(image: &Image, room_x: usize, room_y: usize) -> Vec<Option<[u8; 3]>> {
     let (width, height) = (image.width_px().max(1), image.height_px().max(1));
-    let (room_x, room_y) = (usize::from(area.width), usize::from(area.height) * 2);
     let scale = (room_x as f64 / width as f64).min(room_y as f64 / height as f64);
     let (shown_x, shown_y) = ((width as f64 * scale) as usize, (height as f64 * scale) as usize);
     let left = (room_x - shown_x.min(room_x)) / 2;
-    half_blocks(area, buffer, |x, y| {
+    let spot = |x: usize, y: usize| {
         let x = x.checked_sub(left)?;
         if x >= shown_x || y >= shown_y {
             return None;
@@ -126,9 +166,9 @@ pub fn image(image: &Image, theme: Theme, area: Rect, buffer: &mut Buffer) {
             let pixel = image.pixels().get(at..at + 3)?;
             sum.iter_mut().zip(pixel).for_each(|(sum, part)| *sum += u32::from(*part));
         }
-        let [r, g, b] = sum.map(|sum| (sum / 9) as u8);
-        Some(theme.rgb(r, g, b))
-    });
+        Some(sum.map(|sum| (sum / 9) as u8))
+    };
+    (0..room_x * room_y).map(|at| spot(at % room_x.max(1), at / room_x.max(1))).collect()
 }
 
 /// Two spots a cell, one above the other.

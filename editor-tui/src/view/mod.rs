@@ -11,9 +11,11 @@ mod grid;
 mod help;
 mod minimap;
 mod overlay;
+mod pixels;
 mod preview;
 mod theme;
 
+pub use pixels::{Look, Pixels, look, pixels};
 pub use theme::{Depth, Theme};
 
 use crate::model::State;

@@ -20,7 +20,7 @@ pub fn draw(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
     let preview = &state.preview;
     let title = preview.of().map_or_else(String::new, |(cell, port)| format!(" {cell}.{port} "));
     let after = put(buffer, area, x + 2, y, &cut(&title, usize::from(area.width) - 4), theme.text());
-    let inner = Rect { x: area.x + 1, y: area.y + 1, width: area.width.saturating_sub(2), height: area.height - 1 };
+    let (inner, in_pixels) = (inner(area), super::pixels::look(state, theme).is_some());
     match &preview.value {
         None => {
             let text = match (preview.of(), &state.cooking) {
@@ -38,16 +38,24 @@ pub fn draw(state: &State, theme: Theme, area: Rect, buffer: &mut Buffer) {
         Some(Ok(picture)) => match &**picture {
             Picture::Curves { first, channels, .. } => chart::curves(preview, (*first, channels), theme, inner, buffer),
             Picture::Body(shown) => {
-                body::draw(shown, preview, theme, inner, buffer);
+                if !in_pixels {
+                    body::draw(shown, preview, theme, inner, buffer);
+                }
                 let name = shown.names.get(preview.row).map(|name| format!("{name}  ")).unwrap_or_default();
                 let frame = shown.first + preview.frame as i64;
                 let text = format!(" {name}frame {frame} of {} ", shown.frames.len());
                 put(buffer, area, after + 1, y, &text, theme.faint());
             }
+            Picture::Image(_) if in_pixels => {}
             Picture::Image(image) => body::image(image, theme, inner, buffer),
             Picture::Table(shown) => table(shown, preview.row, theme, inner, buffer),
         },
     }
+}
+
+/// Where the value itself is drawn.
+pub fn inner(area: Rect) -> Rect {
+    Rect { x: area.x + 1, y: area.y + 1, width: area.width.saturating_sub(2), height: area.height.saturating_sub(1) }
 }
 
 fn table(table: &Table, row: usize, theme: Theme, area: Rect, buffer: &mut Buffer) {

@@ -15,11 +15,13 @@ pub enum Depth {
     Full,
 }
 
-/// The colours of one terminal.
+/// What one terminal can show.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Theme {
     /// How many there are.
     pub depth: Depth,
+    /// Width and height of a cell in pixels, where the terminal draws pictures.
+    pub cell_px: Option<(u16, u16)>,
 }
 
 /// A colour in full, and its nearest among sixteen.
@@ -61,7 +63,7 @@ impl Theme {
         } else {
             Depth::Sixteen
         };
-        Self { depth }
+        Self { depth, cell_px: None }
     }
 
     fn paint(self, paint: Paint) -> Color {
