@@ -20,7 +20,11 @@ fn colour([r, g, b]: [u8; 3], x: usize, y: usize) -> u32 {
 pub fn encoded(pixels: &Pixels) -> String {
     // No pixel is left as it was; the second 1 to 1 is the shape of a pixel.
     let mut out = format!("\x1bP0;0;0q\"1;1;{};{}", pixels.width, pixels.height);
-    for index in 0..STEPS.pow(3) {
+    // The corner's colour, which is that of the ground, is kept as it is.
+    let (ground, corner) = (STEPS.pow(3), pixels.colours.first().copied().unwrap_or_default());
+    let [r, g, b] = corner.map(|part| u32::from(part) * 100 / 255);
+    let _ = write!(out, "#{ground};2;{r};{g};{b}");
+    for index in 0..ground {
         let part = |place: u32| index / STEPS.pow(place) % STEPS * 100 / (STEPS - 1);
         let _ = write!(out, "#{index};2;{};{};{}", part(2), part(1), part(0));
     }
@@ -28,7 +32,8 @@ pub fn encoded(pixels: &Pixels) -> String {
         let mut bands: BTreeMap<u32, Vec<u8>> = BTreeMap::new();
         for y in top..(top + 6).min(pixels.height) {
             for x in 0..pixels.width {
-                let index = colour(pixels.colours[y * pixels.width + x], x, y);
+                let own = pixels.colours[y * pixels.width + x];
+                let index = if own == corner { ground } else { colour(own, x, y) };
                 bands.entry(index).or_insert_with(|| vec![0; pixels.width])[x] |= 1 << (y - top);
             }
         }

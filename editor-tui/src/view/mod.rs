@@ -22,6 +22,7 @@ use crate::model::State;
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Color;
 
 /// Where the parts of the screen are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -74,6 +75,11 @@ pub fn draw(state: &State, theme: Theme, frame: &mut Frame<'_>) {
     }
     bars::bottom(state, theme, fits(areas.bottom), buffer);
     let cursor = overlay::draw(state, theme, whole, buffer);
+    let (ground, text) = (theme.ground(), theme.text().fg.unwrap_or(Color::Reset));
+    for cell in &mut buffer.content {
+        cell.bg = if cell.bg == Color::Reset { ground } else { cell.bg };
+        cell.fg = if cell.fg == Color::Reset { text } else { cell.fg };
+    }
     let in_form = || form::cursor(state, fits(areas.form)).filter(|_| state.work.is_none());
     if let Some(cursor) = cursor.or_else(in_form) {
         frame.set_cursor_position(cursor);

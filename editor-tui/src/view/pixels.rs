@@ -1,4 +1,4 @@
-//! The preview in pixels, for terminals that draw pictures: what [`preview`](super::preview) leaves room for.
+//! The preview in pixels, for terminals that draw pictures: what [`super::preview`] leaves room for.
 
 use super::theme::Theme;
 use super::{areas, body, preview};
@@ -40,7 +40,7 @@ pub struct Pixels {
 }
 
 /// Behind what is shown.
-const GROUND: [u8; 3] = [0; 3];
+const GROUND: [u8; 3] = [13, 14, 20];
 
 /// Most pixels along a side: more cost more to send than they show.
 const MOST: usize = 960;

@@ -27,6 +27,7 @@ pub struct Theme {
 /// A colour in full, and its nearest among sixteen.
 type Paint = ((u8, u8, u8), Color);
 
+const GROUND: Paint = ((13, 14, 20), Color::Black);
 const ACCENT: Paint = ((137, 180, 250), Color::LightBlue);
 const FAINT: Paint = ((110, 115, 141), Color::DarkGray);
 const TEXT: Paint = ((205, 214, 244), Color::White);
@@ -105,6 +106,11 @@ impl Theme {
                 }
             }
         }
+    }
+
+    /// Behind everything: the colours are made for a dark ground, whatever the terminal's own is.
+    pub fn ground(self) -> Color {
+        self.paint(GROUND)
     }
 
     /// What keys act on.
