@@ -118,7 +118,9 @@ impl<'a> Work<'a> {
                 cooked.lock().unwrap_or_else(PoisonError::into_inner).push(node);
             }
         })?;
-        let cooked = cooked.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut cooked = cooked.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // In what order cells end depends on the threads.
+        cooked.sort();
         Ok(Again { hits: Hits { cooked: summary.cooked, cached: summary.cached }, cooked })
     }
 }
