@@ -19,7 +19,7 @@ use crate::model::board::{Role, nested_file};
 use crate::model::catalogue::Catalogue;
 use crate::model::keymap::{Keymap, KeymapError};
 use crate::model::texts::Texts;
-use crate::model::{Effect, Message, State};
+use crate::model::{Effect, Message, Overlay, State};
 use crate::view::{Theme, draw, look, pixels};
 use checker::Checker;
 use cooker::{Ask, Cooker};
@@ -140,6 +140,8 @@ pub fn edit(asked: &Asked) -> Result<(), SessionError> {
 
 /// How often files are looked at.
 const LOOK: Duration = Duration::from_millis(700);
+/// How long journals of others are looked for.
+const DYING: Duration = Duration::from_secs(30);
 /// How often what moves is drawn anew.
 const BEAT: Duration = Duration::from_millis(120);
 /// News of a cook are drawn no more often.
@@ -174,13 +176,18 @@ impl Session {
             state,
         };
         session.perform(vec![Effect::Check]);
-        if let Some((bases, operations)) = session.journal.left_behind() {
-            let unknown = bases.iter().filter(|(file, _)| session.state.texts.get(file).is_none());
-            let read = |(file, _): &(PathBuf, String)| Some((file.clone(), files::read(file).ok()?));
-            let sources = unknown.filter_map(read).collect();
-            session.take(Message::JournalFound { operations, bases, sources });
-        }
+        session.offer_journal();
         session
+    }
+
+    /// Asks what is to become of edits that an editor left behind; whether there are any.
+    fn offer_journal(&mut self) -> bool {
+        let Some((bases, operations)) = self.journal.left_behind() else { return false };
+        let unknown = bases.iter().filter(|(file, _)| self.state.texts.get(file).is_none());
+        let read = |(file, _): &(PathBuf, String)| Some((file.clone(), files::read(file).ok()?));
+        let sources = unknown.filter_map(read).collect();
+        self.take(Message::JournalFound { operations, bases, sources });
+        true
     }
 
     fn run(
@@ -190,6 +197,7 @@ impl Session {
     ) -> Result<(), SessionError> {
         let (mut beaten, mut looked, mut drawn) = (Instant::now(), Instant::now(), Instant::now());
         let mut waiting_news = false;
+        let (begun, mut offered) = (Instant::now(), !matches!(self.state.overlay, Overlay::None));
         while !self.leaving {
             let plays = self.state.work.as_ref().is_some_and(|work| work.playing);
             let moving = self.state.cooking.is_some() || self.state.preview.playing || plays;
@@ -231,6 +239,12 @@ impl Session {
             if looked.elapsed() >= LOOK {
                 looked = Instant::now();
                 changed |= self.look_at_files();
+                // An editor that was killed may take a while to end, and counts as alive until then.
+                let untouched = matches!(self.state.overlay, Overlay::None) && !self.state.texts.is_unsaved();
+                if !offered && untouched && begun.elapsed() < DYING {
+                    offered = self.offer_journal();
+                    changed |= offered;
+                }
             }
             if changed || (waiting_news && drawn.elapsed() >= NEWS) {
                 self.draw(screen)?;
@@ -307,7 +321,7 @@ impl Session {
 
     /// Writes what is unsaved; whether all of it was written. What changed on disk meanwhile is never written over.
     fn save(&mut self) -> bool {
-        if self.look_at_files() && !matches!(self.state.overlay, crate::model::Overlay::None) {
+        if self.look_at_files() && !matches!(self.state.overlay, Overlay::None) {
             return false;
         }
         let written = files::write_all(&self.state.texts.unsaved());
