@@ -54,6 +54,15 @@ class Network(nn.Module):
             hidden = torch.cat([hidden, conditions], 1)
         return self.leave(self.head(hidden).relu_())
 
+    def begin(self):
+        """First weights as ours: even, of variance g / inputs, with g = 2, 2 / blocks where a block closes, 1 for the outputs."""
+        gains = [2.0, *[2.0, 2.0 / max(len(self.close), 1)] * len(self.close), 2.0, 1.0]
+        for layer, gain in zip(self.layers(), gains):
+            limit = (3 * gain / layer.in_features) ** 0.5
+            nn.init.uniform_(layer.weight, -limit, limit)
+            nn.init.zeros_(layer.bias)
+        return self
+
     def layers(self):
         blocks = [layer for pair in zip(self.open, self.close) for layer in pair]
         return [self.enter, *blocks, self.head, self.leave]
@@ -136,7 +145,7 @@ def epoch(step, samples, batch=64):
 def lower_face_steps(region, samples, told, mode):
     """Seconds a step: the least and the middle epoch."""
     batches, epochs = told["steps"]
-    network = Network(region.told["architecture"])
+    network = Network(region.told["architecture"]).begin()
     step = trainer(network, 1e-4, mode)
     cut = [table[: 64 * batches].contiguous() for table in samples]
     times = []
@@ -156,7 +165,7 @@ def train_seven(regions, samples, epochs, mode, side_by_side):
     """Seconds of all networks, and each one's last loss. Compiling is not counted."""
     steps = []
     for region, own in zip(regions, samples):
-        step = trainer(Network(region.told["architecture"]), RATES.get(region.told["region"], 1e-4), mode)
+        step = trainer(Network(region.told["architecture"]).begin(), RATES.get(region.told["region"], 1e-4), mode)
         if mode == "compiled":
             # Both sizes that an epoch has: whole batches and what is left.
             for rows in (64, len(own[0]) % 64 or 64):
