@@ -15,6 +15,8 @@ from concurrent.futures import ThreadPoolExecutor
 THREADS = 2
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS"):
     os.environ[variable] = str(THREADS)
+# Waiting threads sleep. Spinning, which is the usual, is a little faster on an idle machine and far slower on a busy one.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import numpy as np
 import torch
@@ -142,8 +144,9 @@ def epoch(step, samples, batch=64):
     return float(losses) / rows
 
 
-def lower_face_steps(region, samples, told, mode):
+def lower_face_steps(region, samples, told, mode, threads=THREADS):
     """Seconds a step: the least and the middle epoch."""
+    torch.set_num_threads(threads)
     batches, epochs = told["steps"]
     network = Network(region.told["architecture"]).begin()
     step = trainer(network, 1e-4, mode)
@@ -153,6 +156,7 @@ def lower_face_steps(region, samples, told, mode):
         begin = time.perf_counter()
         epoch(step, cut)
         times.append((time.perf_counter() - begin) / batches)
+    torch.set_num_threads(THREADS)
     times = sorted(times[1:])
     return times[0], times[len(times) // 2]
 
@@ -212,6 +216,13 @@ def solver(regions, told, take, neutral, mode):
     return solve
 
 
+def halves(solve_of, take):
+    """The same with half of the take on each of two threads."""
+    cut = [solve_of(part) for part in np.array_split(take, THREADS)]
+    pool = ThreadPoolExecutor(THREADS, initializer=torch.set_num_threads, initargs=(1,))
+    return lambda: torch.cat(list(pool.map(lambda solve: solve(), cut)))
+
+
 def timed(what, rounds):
     times = []
     for _ in range(rounds):
@@ -254,6 +265,7 @@ def main():
     theirs = {"step": {}, "train": {}, "solve": {}}
     for mode in MODES:
         theirs["step"][mode] = lower_face_steps(regions[lower], samples[lower], told, mode)[1]
+        theirs["step"][f"{mode}, one thread"] = lower_face_steps(regions[lower], samples[lower], told, mode, 1)[1]
         theirs["train"][f"{mode}, one after the other"], lost = train_seven(regions, samples, told["epochs"], mode, False)
         if mode == "eager":
             # Compiled functions of several threads trip over each other's caches.
@@ -261,6 +273,10 @@ def main():
         solve = solver(regions, told, take, neutral, mode)
         found = solve().numpy()
         theirs["solve"][mode] = timed(solve, 15)[1]
+        if mode == "eager":
+            side = halves(lambda part: solver(regions, told, part, neutral, mode), take)
+            side()
+            theirs["solve"][f"{mode}, two side by side"] = timed(side, 15)[1]
         off = np.abs(found - read32("solved.bin").reshape(found.shape)).max()
         print(f"{mode}: weights of the take differ by at most {off:.1e}; last losses " + ", ".join(f"{region.told['region']} {own:.4f} (ours {region.told['losses'][-1]:.4f})" for region, own in zip(regions, lost)))
 
