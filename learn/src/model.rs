@@ -196,7 +196,8 @@ impl Model {
             self.arch.dispatch(Adam {
                 rate: step.learning_rate as f32,
                 betas: betas.map(|beta| beta as f32),
-                corrections: betas.map(|beta| (1.0 - beta.powi(count)) as f32),
+                rests: betas.map(|beta| (1.0 - beta) as f32),
+                corrections: betas.map(|beta| (1.0 / (1.0 - beta.powi(count))) as f32),
                 epsilon: EPSILON as f32,
                 decay: weight_decay as f32,
                 // No tape is left that shares them, so this copies nothing.

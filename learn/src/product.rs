@@ -254,7 +254,9 @@ pub(crate) struct Adam<'a> {
     pub rate: f32,
     /// β₁ and β₂.
     pub betas: [f32; 2],
-    /// 1 − β₁ᵗ and 1 − β₂ᵗ.
+    /// 1 − β₁ and 1 − β₂, which lose digits where they are taken in single precision.
+    pub rests: [f32; 2],
+    /// 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ).
     pub corrections: [f32; 2],
     /// ε.
     pub epsilon: f32,
@@ -277,14 +279,12 @@ impl WithSimd for Adam<'_> {
     )]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { rate, betas, corrections, epsilon, decay, values, moments: [first, second], gradient } = self;
-        let rest = betas.map(|beta| 1.0 - beta);
-        let inverse = corrections.map(|correction| 1.0 / correction);
+        let Self { rate, betas, rests, corrections, epsilon, decay, values, moments: [first, second], gradient } = self;
         for (((p, m), v), g) in values.iter_mut().zip(first).zip(second).zip(gradient) {
             let g = g + decay * *p;
-            *m = betas[0] * *m + rest[0] * g;
-            *v = betas[1] * *v + rest[1] * g * g;
-            *p -= rate * (*m * inverse[0]) / ((*v * inverse[1]).sqrt() + epsilon);
+            *m = betas[0] * *m + rests[0] * g;
+            *v = betas[1] * *v + rests[1] * g * g;
+            *p -= rate * (*m * corrections[0]) / ((*v * corrections[1]).sqrt() + epsilon);
         }
     }
 }
