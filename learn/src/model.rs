@@ -188,16 +188,17 @@ impl Model {
     /// One step of Adam; `count` steps, this one included, have been made. Stops early, with `false`, when `stop` says so.
     pub fn update(&mut self, step: Step, (count, weight_decay): (usize, f64), stop: impl Fn() -> bool) -> bool {
         let count = i32::try_from(count).unwrap_or(i32::MAX);
-        let betas = [step.beta1, BETA2];
+        // In single precision throughout, as dfdx's Adam: networks stay what they were but for rounding.
+        let betas = [step.beta1, BETA2].map(|beta| beta as f32);
         for Trained { table, moments: [first, second], .. } in &mut self.trained {
             if stop() {
                 return false;
             }
             self.arch.dispatch(Adam {
                 rate: step.learning_rate as f32,
-                betas: betas.map(|beta| beta as f32),
-                rests: betas.map(|beta| (1.0 - beta) as f32),
-                corrections: betas.map(|beta| (1.0 / (1.0 - beta.powi(count))) as f32),
+                betas,
+                rests: betas.map(|beta| 1.0 - beta),
+                corrections: betas.map(|beta| (1.0 - beta.powi(count)).recip()),
                 epsilon: EPSILON as f32,
                 decay: weight_decay as f32,
                 // No tape is left that shares them, so this copies nothing.

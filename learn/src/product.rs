@@ -254,7 +254,7 @@ pub(crate) struct Adam<'a> {
     pub rate: f32,
     /// β₁ and β₂.
     pub betas: [f32; 2],
-    /// 1 − β₁ and 1 − β₂, which lose digits where they are taken in single precision.
+    /// 1 − β₁ and 1 − β₂.
     pub rests: [f32; 2],
     /// 1 / (1 − β₁ᵗ) and 1 / (1 − β₂ᵗ).
     pub corrections: [f32; 2],
@@ -282,8 +282,8 @@ impl WithSimd for Adam<'_> {
         let Self { rate, betas, rests, corrections, epsilon, decay, values, moments: [first, second], gradient } = self;
         for (((p, m), v), g) in values.iter_mut().zip(first).zip(second).zip(gradient) {
             let g = g + decay * *p;
-            *m = betas[0] * *m + rests[0] * g;
-            *v = betas[1] * *v + rests[1] * g * g;
+            *m = *m * betas[0] + g * rests[0];
+            *v = *v * betas[1] + g * g * rests[1];
             *p -= rate * (*m * corrections[0]) / ((*v * corrections[1]).sqrt() + epsilon);
         }
     }
