@@ -92,7 +92,12 @@ impl WithSimd for Product<'_> {
     reason = "compiled into one function for each instruction set; a call would lose the set"
 )]
 #[inline(always)]
-pub(crate) fn sums<S: Simd>(simd: S, tile: &[Lane], panel: &[[f32; COLUMNS]], bias: &[f32; COLUMNS]) -> [[f32; COLUMNS]; ROWS] {
+pub(crate) fn sums<S: Simd>(
+    simd: S,
+    tile: &[Lane],
+    panel: &[[f32; COLUMNS]],
+    bias: &[f32; COLUMNS],
+) -> [[f32; COLUMNS]; ROWS] {
     let mut sums = [[0.0; COLUMNS]; ROWS];
     for first in (0..COLUMNS).step_by(2 * S::F32_LANES) {
         let mut vectors = [pair::<S>(bias, first); ROWS];

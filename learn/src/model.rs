@@ -2,9 +2,9 @@
 
 use crate::architecture::{Architecture, Layer, Role};
 use crate::network::Parameter;
+use crate::product::{Adam, PanelRow, from_panels, into_panels};
 use crate::random::{Stream, Use};
 use crate::schedule::Step;
-use crate::product::{Adam, PanelRow, from_panels, into_panels};
 use crate::tape::{self, Finish, Rows, Table, Traced, Way};
 use crate::training::Loss;
 use dfdx::tensor::{Cache, Cpu, CpuError, Gradients, OwnedTape, PutTape, SplitTape, TensorFromVec, Trace};
@@ -119,12 +119,7 @@ impl Model {
     }
 
     /// The outputs for a part of a batch, on a tape; `again` tells that earlier parts have left their gradients.
-    fn forward(
-        &self,
-        part: &mut Part,
-        mut dropout: Option<&mut Stream>,
-        again: bool,
-    ) -> Result<Traced, CpuError> {
+    fn forward(&self, part: &mut Part, mut dropout: Option<&mut Stream>, again: bool) -> Result<Traced, CpuError> {
         let inputs = std::mem::take(&mut part.inputs);
         let inputs = self.device.try_tensor_from_vec(inputs, (part.rows, self.architecture.inputs))?;
         // Gradients of passing tensors pile up in "leaky" gradients, so each part starts with new ones.

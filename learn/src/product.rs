@@ -313,18 +313,25 @@ mod tests {
     #[test]
     fn products_are_sums_of_fused_products_in_order() {
         for (rows, inputs, outputs) in [(1, 1, 1), (5, 4, 3), (64, 37, 45), (34, 6, 32), (13, 100, 65)] {
-            let (x, weight, slopes) = (values(rows * inputs, 1), values(inputs * outputs, 2), values(rows * outputs, 3));
+            let (x, weight, slopes) =
+                (values(rows * inputs, 1), values(inputs * outputs, 2), values(rows * outputs, 3));
             let (arch, size, panels) = (Arch::new(), (inputs, outputs), into_panels(&weight, outputs));
             same(&from_panels(&panels, inputs, outputs), weight.clone());
             let place = |at: usize, columns: usize| (at / columns, at % columns);
-            same(&forward(arch, &x, &panels, size), (0..rows * outputs).map(|at| {
-                let (row, output) = place(at, outputs);
-                sum(inputs, |k| (x[row * inputs + k], weight[k * outputs + output]))
-            }));
-            same(&back(arch, &slopes, &panels, size), (0..rows * inputs).map(|at| {
-                let (row, input) = place(at, inputs);
-                sum(outputs, |n| (weight[input * outputs + n], slopes[row * outputs + n]))
-            }));
+            same(
+                &forward(arch, &x, &panels, size),
+                (0..rows * outputs).map(|at| {
+                    let (row, output) = place(at, outputs);
+                    sum(inputs, |k| (x[row * inputs + k], weight[k * outputs + output]))
+                }),
+            );
+            same(
+                &back(arch, &slopes, &panels, size),
+                (0..rows * inputs).map(|at| {
+                    let (row, input) = place(at, inputs);
+                    sum(outputs, |n| (weight[input * outputs + n], slopes[row * outputs + n]))
+                }),
+            );
             let mut found = into_panels(&values(inputs * outputs, 4), outputs);
             gradient(arch, &x, &slopes, size, false, &mut found);
             let once: Vec<f32> = (0..inputs * outputs)

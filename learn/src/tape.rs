@@ -66,24 +66,24 @@ pub(crate) struct Way {
 /// x W, with a gradient for W but none for x: the first layer's inputs are given, and their gradient would cost as much as
 /// the product itself. The tape starts here.
 pub(crate) fn enter(inputs: Rows, weight: &Table, tape: OwnedTape<f32, Cpu>, way: Way) -> Result<Traced, CpuError> {
-    times(inputs, weight, tape, way, false)
+    times(&inputs, weight, tape, way, false)
 }
 
 /// x W with gradients for both.
 pub(crate) fn multiply(inputs: Traced, weight: &Table, way: Way) -> Result<Traced, CpuError> {
     let (inputs, tape) = inputs.split_tape();
-    times(inputs, weight, tape, way, true)
+    times(&inputs, weight, tape, way, true)
 }
 
 fn times(
-    inputs: Rows,
+    inputs: &Rows,
     weight: &Table,
     mut tape: OwnedTape<f32, Cpu>,
     way: Way,
     further: bool,
 ) -> Result<Traced, CpuError> {
     let (rows, _) = *inputs.shape();
-    let x = read(&inputs);
+    let x = read(inputs);
     let out = product::forward(way.arch, &x, &weight.values, weight.size());
     let out = inputs.device().try_tensor_from_vec(out, (rows, weight.outputs))?;
     let (out_ghost, inputs_ghost, weight) = (out.ghost(), inputs.ghost(), weight.clone());
