@@ -151,12 +151,6 @@ pub enum TrainError {
         /// Rows of a batch.
         batch: usize,
     },
-    /// No thread could be had to train on.
-    #[error("no thread could be started to train on: {reason}; raise the limit on threads or run fewer jobs")]
-    Thread {
-        /// What the system said.
-        reason: String,
-    },
 }
 
 /// Why a network gave no prediction.

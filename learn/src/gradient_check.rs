@@ -105,11 +105,10 @@ fn parameters(architecture: &Architecture) -> Vec<Parameter> {
 /// parameter's gradient; and between the two losses.
 fn worst(architecture: &Architecture, loss: Loss, split: bool) -> (f64, f64) {
     let parameters = parameters(architecture);
-    let model = Model::new(architecture, &parameters, None).unwrap();
+    let mut model = Model::new(architecture, &parameters, None).unwrap();
     let dropout = || Stream::new(SEED, Use::Dropout, 0);
     let whole = part(architecture);
     let weight = 1.0 / (ROWS * architecture.outputs) as f32;
-    let mut gradients = None;
     let (mut sum, mut stream) = (0.0, dropout());
     let cuts = if split { &[0, 2, 3, ROWS][..] } else { &[0, ROWS] };
     for cut in cuts.windows(2).map(|pair| pair[0]..pair[1]) {
@@ -120,11 +119,9 @@ fn worst(architecture: &Architecture, loss: Loss, split: bool) -> (f64, f64) {
             conditions: slice(&whole.conditions, architecture.conditions),
             targets: slice(&whole.targets, architecture.outputs),
         };
-        let (own, added) = model.accumulate(piece, gradients, Some(&mut stream), (loss, weight)).unwrap();
-        sum += own;
-        gradients = Some(added);
+        sum += model.accumulate(piece, cut.start > 0, Some(&mut stream), (loss, weight)).unwrap();
     }
-    let gradients = model.gradients(&mut gradients.unwrap()).unwrap();
+    let gradients = model.gradients();
 
     let mut stream = dropout();
     let factors: Vec<Vec<f64>> = (0..architecture.blocks)

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 /// Samples of a tile.
 pub(crate) const ROWS: usize = 6;
 /// Outputs of a panel: two vectors of the widest kind.
-const COLUMNS: usize = 32;
+pub(crate) const COLUMNS: usize = 32;
 
 /// One value of each sample of a tile.
 pub(crate) type Lane = [f32; ROWS];
@@ -92,7 +92,12 @@ impl WithSimd for Product<'_> {
     reason = "compiled into one function for each instruction set; a call would lose the set"
 )]
 #[inline(always)]
-fn sums<S: Simd>(simd: S, tile: &[Lane], panel: &[[f32; COLUMNS]], bias: &[f32; COLUMNS]) -> [[f32; COLUMNS]; ROWS] {
+pub(crate) fn sums<S: Simd>(
+    simd: S,
+    tile: &[Lane],
+    panel: &[[f32; COLUMNS]],
+    bias: &[f32; COLUMNS],
+) -> [[f32; COLUMNS]; ROWS] {
     let mut sums = [[0.0; COLUMNS]; ROWS];
     for first in (0..COLUMNS).step_by(2 * S::F32_LANES) {
         let mut vectors = [pair::<S>(bias, first); ROWS];
@@ -118,7 +123,7 @@ fn sums<S: Simd>(simd: S, tile: &[Lane], panel: &[[f32; COLUMNS]], bias: &[f32; 
     reason = "compiled into one function for each instruction set; a call would lose the set"
 )]
 #[inline(always)]
-fn pair<S: Simd>(row: &[f32; COLUMNS], first: usize) -> [S::f32s; 2] {
+pub(crate) fn pair<S: Simd>(row: &[f32; COLUMNS], first: usize) -> [S::f32s; 2] {
     let (vectors, _) = S::as_simd_f32s(&row[first..first + 2 * S::F32_LANES]);
     [vectors[0], vectors[1]]
 }

@@ -35,6 +35,7 @@ mod model;
 mod network;
 mod observe;
 mod predict;
+mod product;
 mod random;
 mod samples;
 mod scaling;

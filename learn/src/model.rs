@@ -1,33 +1,33 @@
-//! A network while it is being trained: its parameters as dfdx tensors, Adam's moments, one step at a time.
+//! A network while it is being trained: its parameters in panels, Adam's moments, one step at a time.
 
 use crate::architecture::{Architecture, Layer, Role};
 use crate::network::Parameter;
+use crate::product::{Adam, PanelRow, from_panels, into_panels};
 use crate::random::{Stream, Use};
 use crate::schedule::Step;
-use crate::tape::{self, Finish, Rows, Traced};
+use crate::tape::{self, Finish, Rows, Table, Traced, Way};
 use crate::training::Loss;
-use dfdx::prelude::{AdamConfig, WeightDecay};
-use dfdx::shapes::HasShape;
-use dfdx::tensor::{Cache, Cpu, CpuError, Gradients, OwnedTape, PutTape, SplitTape, Storage, TensorFromVec, Trace};
+use dfdx::tensor::{Cache, Cpu, CpuError, Gradients, OwnedTape, PutTape, SplitTape, TensorFromVec, Trace};
 use dfdx::tensor_ops::Backward;
+use pulp::Arch;
+use std::rc::Rc;
 
 /// Adam's second decay rate and the number that keeps it from dividing by 0.
 const BETA2: f64 = 0.999;
 const EPSILON: f64 = 1e-8;
 
-/// Numbers on dfdx's device.
-type Numbers = <Cpu as Storage<f32>>::Vec;
-
 /// Trained numbers and what Adam remembers of them.
 struct Trained {
     name: String,
-    values: Rows,
-    moments: [Numbers; 2],
+    table: Table,
+    /// As the table's numbers lie.
+    moments: [Vec<PanelRow>; 2],
 }
 
 /// A network under training. It lives on one thread, as dfdx's tapes do.
 pub(crate) struct Model {
     device: Cpu,
+    arch: Arch,
     layers: Vec<Layer>,
     architecture: Architecture,
     /// Weight and bias of each layer in turn.
@@ -81,20 +81,17 @@ impl Model {
     ) -> Result<Self, CpuError> {
         let device = Cpu::default();
         device.try_enable_cache()?;
-        let mut model =
-            Self { layers: architecture.layers(), architecture: architecture.clone(), trained: Vec::new(), device };
+        let mut trained = Vec::new();
         for (index, parameter) in parameters.iter().enumerate() {
-            let shape = (parameter.rows, parameter.columns);
-            let values = model.device.try_tensor_from_vec(parameter.values.clone(), shape)?;
-            let mut own = [model.zeros(parameter.values.len())?, model.zeros(parameter.values.len())?];
-            if let Some(moments) = moments {
-                for (own, given) in own.iter_mut().zip(&moments[index]) {
-                    own.copy_from_slice(given);
-                }
-            }
-            model.trained.push(Trained { name: parameter.name.clone(), values, moments: own });
+            let table = Table::new(parameter.rows, parameter.columns, &parameter.values);
+            let moments = match moments {
+                Some(moments) => [0, 1].map(|which| into_panels(&moments[index][which], parameter.columns)),
+                None => [0, 1].map(|_| vec![[0.0; _]; table.values.len()]),
+            };
+            trained.push(Trained { name: parameter.name.clone(), table, moments });
         }
-        Ok(model)
+        let (layers, architecture) = (architecture.layers(), architecture.clone());
+        Ok(Self { layers, architecture, trained, device, arch: Arch::new() })
     }
 
     /// Gives back the memory that dfdx keeps for reuse. Every batch comes in as memory of its own and is kept when it is
@@ -103,40 +100,36 @@ impl Model {
         self.device.try_empty_cache()
     }
 
-    fn zeros(&self, count: usize) -> Result<Numbers, CpuError> {
-        Storage::<f32>::try_alloc_len(&self.device, count)
-    }
-
     /// The parameters as plain numbers.
     pub fn parameters(&self) -> Vec<Parameter> {
         let plain = |trained: &Trained| {
-            let (rows, columns) = *trained.values.shape();
-            Parameter { name: trained.name.clone(), rows, columns, values: tape::read(&trained.values) }
+            let (rows, columns) = (trained.table.inputs, trained.table.outputs);
+            let values = from_panels(&trained.table.values, rows, columns);
+            Parameter { name: trained.name.clone(), rows, columns, values }
         };
         self.trained.iter().map(plain).collect()
     }
 
     /// Adam's moments as plain numbers, for each parameter in order.
     pub fn moments(&self) -> Vec<[Vec<f32>; 2]> {
-        self.trained.iter().map(|trained| [trained.moments[0].to_vec(), trained.moments[1].to_vec()]).collect()
+        let plain = |trained: &Trained| {
+            trained.moments.each_ref().map(|own| from_panels(own, trained.table.inputs, trained.table.outputs))
+        };
+        self.trained.iter().map(plain).collect()
     }
 
-    /// The outputs for a part of a batch, on a tape that adds to `gradients`.
-    fn forward(
-        &self,
-        part: &mut Part,
-        gradients: Gradients<f32, Cpu>,
-        mut dropout: Option<&mut Stream>,
-        again: bool,
-    ) -> Result<Traced, CpuError> {
+    /// The outputs for a part of a batch, on a tape; `again` tells that earlier parts have left their gradients.
+    fn forward(&self, part: &mut Part, mut dropout: Option<&mut Stream>, again: bool) -> Result<Traced, CpuError> {
         let inputs = std::mem::take(&mut part.inputs);
         let inputs = self.device.try_tensor_from_vec(inputs, (part.rows, self.architecture.inputs))?;
-        let (inputs, start): (Rows, OwnedTape<f32, Cpu>) = inputs.traced(gradients).split_tape();
+        // Gradients of passing tensors pile up in "leaky" gradients, so each part starts with new ones.
+        let (inputs, start): (Rows, OwnedTape<f32, Cpu>) = inputs.traced(Gradients::leaky()).split_tape();
         let activation = Some(self.architecture.activation);
-        let mut hidden = tape::enter(inputs, &self.trained[0].values, start, again)?;
+        let way = Way { arch: self.arch, again };
+        let mut hidden = tape::enter(inputs, &self.trained[0].table, start, way)?;
         let mut skip = None;
         for (layer, own) in self.layers.iter().zip(self.trained.chunks_exact(2)) {
-            let mut finish = Finish { bias: &own[1].values, skip: None, activation, dropout: None };
+            let mut finish = Finish { bias: &own[1].table, way, skip: None, activation, dropout: None };
             match layer.role {
                 Role::OpenBlock => {
                     let (kept, tape) = hidden.split_tape();
@@ -156,61 +149,60 @@ impl Model {
                 Role::Output => finish.activation = None,
             }
             if layer.role != Role::Input {
-                hidden = tape::multiply(hidden, &own[0].values)?;
+                hidden = tape::multiply(hidden, &own[0].table, way)?;
             }
             hidden = finish.run(hidden)?;
         }
         Ok(hidden)
     }
 
-    /// Adds the gradient of `weight` times the summed loss of a part of a batch; gives that sum and all gradients so far
-    /// (`None` to start with).
+    /// Takes up the gradient of `weight` times the summed loss of a part of a batch, beside those of earlier parts where
+    /// `again` says that there were some; gives that sum.
     pub fn accumulate(
-        &self,
+        &mut self,
         mut part: Part,
-        gradients: Option<Gradients<f32, Cpu>>,
+        again: bool,
         dropout: Option<&mut Stream>,
         (loss, weight): (Loss, f32),
-    ) -> Result<(f64, Gradients<f32, Cpu>), CpuError> {
-        let again = gradients.is_some();
-        // Gradients of passing tensors pile up in "leaky" gradients, so each batch starts with new ones.
-        let gradients = gradients.unwrap_or_else(Gradients::leaky);
-        let outputs = self.forward(&mut part, gradients, dropout, again)?;
+    ) -> Result<f64, CpuError> {
+        let outputs = self.forward(&mut part, dropout, again)?;
         let (sum, end) = tape::compare(outputs, &part.targets, loss, weight)?;
-        Ok((sum, end.try_backward()?))
+        end.try_backward()?;
+        Ok(sum)
     }
 
     /// The gradient of each parameter in order.
     #[cfg(test)]
-    pub fn gradients(&self, gradients: &mut Gradients<f32, Cpu>) -> Result<Vec<Vec<f32>>, CpuError> {
-        let one = |trained: &Trained| Ok(gradients.get_or_alloc_mut(&trained.values)?.to_vec());
-        self.trained.iter().map(one).collect()
+    pub fn gradients(&self) -> Vec<Vec<f32>> {
+        let plain = |trained: &Trained| {
+            from_panels(&trained.table.gradient.borrow(), trained.table.inputs, trained.table.outputs)
+        };
+        self.trained.iter().map(plain).collect()
     }
 
     /// One step of Adam; `count` steps, this one included, have been made. Stops early, with `false`, when `stop` says so.
-    pub fn update(
-        &mut self,
-        gradients: &mut Gradients<f32, Cpu>,
-        step: Step,
-        (count, weight_decay): (usize, f64),
-        stop: impl Fn() -> bool,
-    ) -> Result<bool, CpuError> {
-        let adam = AdamConfig {
-            lr: step.learning_rate,
-            betas: [step.beta1, BETA2],
-            eps: EPSILON,
-            weight_decay: (weight_decay > 0.0).then_some(WeightDecay::L2(weight_decay)),
-        };
+    pub fn update(&mut self, step: Step, (count, weight_decay): (usize, f64), stop: impl Fn() -> bool) -> bool {
         let count = i32::try_from(count).unwrap_or(i32::MAX);
-        for trained in &mut self.trained {
+        // In single precision throughout, as dfdx's Adam: networks stay what they were but for rounding.
+        let betas = [step.beta1, BETA2].map(|beta| beta as f32);
+        for Trained { table, moments: [first, second], .. } in &mut self.trained {
             if stop() {
-                return Ok(false);
+                return false;
             }
-            let gradient = gradients.get_or_alloc_mut(&trained.values)?;
-            let [first, second] = &mut trained.moments;
-            adam.try_update(count, &mut trained.values, first, second, gradient)?;
+            self.arch.dispatch(Adam {
+                rate: step.learning_rate as f32,
+                betas,
+                rests: betas.map(|beta| 1.0 - beta),
+                corrections: betas.map(|beta| (1.0 - beta.powi(count)).recip()),
+                epsilon: EPSILON as f32,
+                decay: weight_decay as f32,
+                // No tape is left that shares them, so this copies nothing.
+                values: Rc::make_mut(&mut table.values).as_flattened_mut(),
+                moments: [first.as_flattened_mut(), second.as_flattened_mut()],
+                gradient: table.gradient.borrow().as_flattened(),
+            });
         }
-        Ok(true)
+        true
     }
 }
 
@@ -233,10 +225,10 @@ mod tests {
         for count in 1u8..=5 {
             let inputs = vec![0.1 * f32::from(count), -0.7, 0.4, 0.9, 0.2, -0.3];
             let part = Part { rows: 2, inputs, conditions: Vec::new(), targets: vec![1.0, -1.0, 0.5, 0.2] };
-            let (_, mut gradients) = model.accumulate(part, None, None, (Loss::MeanSquared, 0.25)).unwrap();
-            let found = model.gradients(&mut gradients).unwrap();
+            model.accumulate(part, false, None, (Loss::MeanSquared, 0.25)).unwrap();
+            let found = model.gradients();
             let step = Step { learning_rate: rate, beta1 };
-            assert!(model.update(&mut gradients, step, (count.into(), decay), || false).unwrap());
+            assert!(model.update(step, (count.into(), decay), || false));
             for ((own, [first, second]), gradient) in values.iter_mut().zip(&mut moments).zip(&found) {
                 for place in 0..own.len() {
                     let g = f64::from(gradient[place]) + decay * own[place];

@@ -16,7 +16,7 @@ pub struct EpochReport {
     pub learning_rate: f64,
 }
 
-/// Follows a training run. All methods are called from the one thread that trains, which is not the caller's.
+/// Follows a training run. All methods are called from the one thread that trains, the caller's.
 /// `()` is an observer that asks for nothing.
 pub trait Observer: Sync {
     /// Called at the end of every epoch.

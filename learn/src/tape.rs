@@ -1,19 +1,22 @@
 //! The network's operations on dfdx's tape: each computes forward and notes how its gradient flows back.
 //!
-//! Products with weights are dfdx's own (its matrix product reads the weights in place). Everything between two products is
-//! fused here into one operation over the small table of a batch, since dfdx's broadcasting operations walk element by
-//! element.
+//! dfdx holds what passes through the network and its slopes. Weights and biases are held here, in the panels of `product`,
+//! since dfdx gives no access to a tensor's numbers but by copying its raw storage. Everything between two products is fused
+//! into one operation over the small table of a batch, since dfdx's broadcasting operations walk element by element.
 //!
-//! dfdx gives no access to a tensor's numbers but by copying its raw storage, in whatever order that lies. So every tensor
-//! that is read here must be contiguous; all that this file and dfdx's product make are, and no permuted one leaves it.
+//! That storage is copied in whatever order it lies. So every tensor that is read here must be contiguous; all that this
+//! file makes are, and no permuted one leaves it.
 
 use crate::architecture::Activation;
+use crate::product::{self, PanelRow};
 use crate::training::Loss;
-use dfdx::shapes::{Axes2, HasShape, Rank0};
+use dfdx::shapes::{HasShape, Rank0};
 use dfdx::tensor::{Cpu, CpuError, NoneTape, OwnedTape, PutTape, SplitTape, Tape, Tensor, TensorFromVec, ZerosTensor};
-use dfdx::tensor_ops::{PermuteTo, TryMatMul};
+use pulp::Arch;
+use std::cell::RefCell;
+use std::rc::Rc;
 
-/// A table on dfdx's device, with or without a tape. Biases are tables of one row.
+/// A table on dfdx's device, with or without a tape.
 pub(crate) type Rows<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
 /// A table that carries the tape.
 pub(crate) type Traced = Rows<OwnedTape<f32, Cpu>>;
@@ -29,37 +32,78 @@ pub(crate) fn read<T>(tensor: &Rows<T>) -> Vec<f32> {
     values
 }
 
+/// A weight or (with one input) a bias, and its gradient. Clones share the numbers.
+#[derive(Clone)]
+pub(crate) struct Table {
+    pub inputs: usize,
+    pub outputs: usize,
+    /// The numbers in panels. A bias in panels is a plain row, with some 0 behind it.
+    pub values: Rc<Vec<PanelRow>>,
+    /// As they lie.
+    pub gradient: Rc<RefCell<Vec<PanelRow>>>,
+}
+
+impl Table {
+    /// A table from `inputs` × `outputs` numbers, row after row.
+    pub fn new(inputs: usize, outputs: usize, values: &[f32]) -> Self {
+        let values = product::into_panels(values, outputs);
+        let gradient = Rc::new(RefCell::new(vec![[0.0; _]; values.len()]));
+        Self { inputs, outputs, values: Rc::new(values), gradient }
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (self.inputs, self.outputs)
+    }
+}
+
+/// How gradients of weights and biases come in: put in their place by the first part of a batch, added by later ones.
+#[derive(Clone, Copy)]
+pub(crate) struct Way {
+    pub arch: Arch,
+    pub again: bool,
+}
+
 /// x W, with a gradient for W but none for x: the first layer's inputs are given, and their gradient would cost as much as
-/// the product itself. The tape starts here. `again` tells that W already has a gradient, from an earlier part of the batch.
-pub(crate) fn enter(inputs: Rows, weight: &Rows, tape: OwnedTape<f32, Cpu>, again: bool) -> Result<Traced, CpuError> {
-    let product = inputs.clone().try_matmul(weight.clone())?;
-    let (product_ghost, weight_ghost, shape) = (product.ghost(), weight.ghost(), *product.shape());
-    let mut tape = tape;
-    tape.add_backward_op(move |gradients| {
-        let device = inputs.device().clone();
-        let upstream = gradients.get_or_alloc_mut(&product_ghost)?.to_vec();
-        let upstream = device.try_tensor_from_vec(upstream, shape)?;
-        let gradient: Rows = inputs.try_permute::<_, Axes2<1, 0>>()?.try_matmul(upstream)?;
-        let slot = gradients.get_or_alloc_mut(&weight_ghost)?;
-        if again {
-            add(slot, &read(&gradient));
-        } else {
-            gradient.copy_into(slot);
-        }
-        Ok(())
-    });
-    Ok(product.put_tape(tape))
+/// the product itself. The tape starts here.
+pub(crate) fn enter(inputs: Rows, weight: &Table, tape: OwnedTape<f32, Cpu>, way: Way) -> Result<Traced, CpuError> {
+    times(&inputs, weight, tape, way, false)
 }
 
 /// x W with gradients for both.
-pub(crate) fn multiply(inputs: Traced, weight: &Rows) -> Result<Traced, CpuError> {
-    inputs.try_matmul(weight.clone())
+pub(crate) fn multiply(inputs: Traced, weight: &Table, way: Way) -> Result<Traced, CpuError> {
+    let (inputs, tape) = inputs.split_tape();
+    times(&inputs, weight, tape, way, true)
+}
+
+fn times(
+    inputs: &Rows,
+    weight: &Table,
+    mut tape: OwnedTape<f32, Cpu>,
+    way: Way,
+    further: bool,
+) -> Result<Traced, CpuError> {
+    let (rows, _) = *inputs.shape();
+    let x = read(inputs);
+    let out = product::forward(way.arch, &x, &weight.values, weight.size());
+    let out = inputs.device().try_tensor_from_vec(out, (rows, weight.outputs))?;
+    let (out_ghost, inputs_ghost, weight) = (out.ghost(), inputs.ghost(), weight.clone());
+    tape.add_backward_op(move |gradients| {
+        let upstream = gradients.get_or_alloc_mut(&out_ghost)?.to_vec();
+        product::gradient(way.arch, &x, &upstream, weight.size(), way.again, &mut weight.gradient.borrow_mut());
+        if further {
+            let slopes = product::back(way.arch, &upstream, &weight.values, weight.size());
+            add(gradients.get_or_alloc_mut(&inputs_ghost)?, &slopes);
+        }
+        Ok(())
+    });
+    Ok(out.put_tape(tape))
 }
 
 /// What follows a product: out = D(a(product + bias + skip)), with the bias added to every row.
 pub(crate) struct Finish<'a> {
     /// One row.
-    pub bias: &'a Rows,
+    pub bias: &'a Table,
+    pub way: Way,
     /// What the residual connection adds.
     pub skip: Option<Rows>,
     /// `None` leaves the values as they are.
@@ -73,13 +117,12 @@ impl Finish<'_> {
     pub fn run(self, product: Traced) -> Result<Traced, CpuError> {
         let (product, mut tape) = product.split_tape();
         let (rows, columns) = *product.shape();
-        let (product_ghost, bias_ghost) = (product.ghost(), self.bias.ghost());
+        let (product_ghost, own, again) = (product.ghost(), self.bias.clone(), self.way.again);
         let skip_ghost = self.skip.as_ref().map(Tensor::ghost);
 
         let mut values = read(&product);
-        let bias = read(self.bias);
         for row in values.chunks_exact_mut(columns) {
-            add(row, &bias);
+            add(row, self.bias.values.as_flattened());
         }
         if let Some(skip) = &self.skip {
             add(&mut values, &read(skip));
@@ -97,9 +140,12 @@ impl Finish<'_> {
             if let Some(skip_ghost) = skip_ghost {
                 add(gradients.get_or_alloc_mut(&skip_ghost)?, &upstream);
             }
-            let bias = gradients.get_or_alloc_mut(&bias_ghost)?;
+            let mut bias = own.gradient.borrow_mut();
+            if !again {
+                bias.as_flattened_mut().fill(0.0);
+            }
             for row in upstream.chunks_exact(columns) {
-                add(bias, row);
+                add(bias.as_flattened_mut(), row);
             }
             Ok(())
         });

@@ -18,8 +18,8 @@ const STEPS_BETWEEN_TIDYING: usize = 32;
 
 /// Trains a new network.
 ///
-/// Runs on one thread of its own while the caller waits. The same arguments give the same bits on one machine; train
-/// several networks in parallel by calling this from several threads.
+/// Runs on the calling thread alone. The same arguments give the same bits; train several networks in parallel by calling
+/// this from several threads.
 ///
 /// # Errors
 /// See [`TrainError`]: settings out of range, tables that do not fit, values that are not finite, a loss that diverged,
@@ -33,7 +33,7 @@ pub fn train(
     architecture.check()?;
     training.check()?;
     samples.check(architecture)?;
-    on_one_thread(|| Run::new(architecture, training, samples, observer).go(None))
+    Run::new(architecture, training, samples, observer).go(None)
 }
 
 /// Goes on with a training run from a checkpoint, with the samples it was begun with. The network has the same bits as
@@ -46,25 +46,7 @@ pub fn resume(checkpoint: &Checkpoint, samples: &Samples<'_>, observer: &dyn Obs
     checkpoint.training.check()?;
     samples.check(&checkpoint.architecture)?;
     checkpoint.check(samples.fingerprint())?;
-    let run = || Run::new(&checkpoint.architecture, &checkpoint.training, samples, observer);
-    on_one_thread(|| run().go(Some(checkpoint)))
-}
-
-/// Runs `work` on a thread that counts as a thread pool of one.
-///
-/// dfdx's matrix product asks rayon how many threads there are and uses them all. In a pool of one it stays on its thread.
-/// The caller may itself be a worker of a pool; it must sleep meanwhile and not, as rayon would let it, pick up another
-/// training, or more networks would train at once than there are workers. Hence the plain thread between.
-fn on_one_thread(work: impl FnOnce() -> Result<Network, TrainError> + Send) -> Result<Network, TrainError> {
-    let lodge = || {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).thread_name(|_| "train".into()).build();
-        pool.map_err(|error| TrainError::Thread { reason: error.to_string() })?.install(work)
-    };
-    std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().name("train-wait".into()).spawn_scoped(scope, lodge);
-        let thread = thread.map_err(|error| TrainError::Thread { reason: error.to_string() })?;
-        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })
+    Run::new(&checkpoint.architecture, &checkpoint.training, samples, observer).go(Some(checkpoint))
 }
 
 /// One multiplication and addition each: what is done between two looks at the observer, about 50 ms of work.
@@ -170,28 +152,22 @@ impl<'a> Run<'a> {
 
         let mut dropout = Stream::new(self.training.seed, Use::Dropout, index);
         let values = (rows.len() * self.architecture.outputs) as f32;
-        let (mut sum, mut gradients) = (0.0, None);
-        for part in rows.chunks(self.part_rows()) {
+        let mut sum = 0.0;
+        for (place, part) in rows.chunks(self.part_rows()).enumerate() {
             if self.observer.cancelled() {
                 return Err(cancelled);
             }
             let loss = (self.training.loss, 1.0 / values);
-            let (own, added) =
-                model.accumulate(self.part(part), gradients, Some(&mut dropout), loss).map_err(tensor_error)?;
-            sum += own;
-            gradients = Some(added);
+            sum += model.accumulate(self.part(part), place > 0, Some(&mut dropout), loss).map_err(tensor_error)?;
         }
         if !sum.is_finite() {
             let loss = sum / f64::from(values);
             let learning_rate = step.learning_rate;
             return Err(TrainError::Diverged { epoch: epoch + 1, batch: batch + 1, loss, learning_rate });
         }
-        if let Some(mut gradients) = gradients {
-            let settings = (index + 1, self.training.weight_decay);
-            let done = model.update(&mut gradients, step, settings, || self.observer.cancelled());
-            if !done.map_err(tensor_error)? {
-                return Err(cancelled);
-            }
+        let settings = (index + 1, self.training.weight_decay);
+        if !model.update(step, settings, || self.observer.cancelled()) {
+            return Err(cancelled);
         }
         if index.is_multiple_of(STEPS_BETWEEN_TIDYING) {
             model.free_spare_memory().map_err(tensor_error)?;

@@ -126,7 +126,7 @@ graph_core::register!(TrainRegions);
 #[typetag::serde(name = "train_regions")]
 impl Node for TrainRegions {
     fn card(&self) -> Card {
-        Card::new("solve").takes(&FEATURES).takes(&CURVES).takes(&REGIONS).gives(&NETWORKS)
+        Card::new("solve").takes(&FEATURES).takes(&CURVES).takes(&REGIONS).gives(&NETWORKS).version(2)
     }
 
     fn compute(&self, context: &Context<'_>, inputs: &Inputs) -> Result<Outputs, NodeError> {
