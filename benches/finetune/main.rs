@@ -89,7 +89,7 @@ fn main() {
     let write = |name: &str, numbers: &mut dyn Iterator<Item = f64>| {
         fs::write(folder.join(name), numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>()).unwrap();
     };
-    let flat = |vectors: &[DVec3]| vectors.iter().flat_map(|vector| vector.to_array()).collect::<Vec<_>>();
+    let flat = |vectors: &[DVec3]| vectors.iter().flat_map(DVec3::to_array).collect::<Vec<_>>();
     let rest = split(&rig, &attachment, &(0..).zip(rig.neutral.iter().copied()).collect());
     let columns: Vec<Split> = rig
         .shapes

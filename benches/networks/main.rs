@@ -82,7 +82,7 @@ fn write(folder: &Path, name: &str, numbers: impl IntoIterator<Item = f32>) {
 }
 
 fn write_markers(folder: &Path, name: &str, markers: &Markers) {
-    write(folder, name, markers.positions().iter().flat_map(|point| point.to_array()));
+    write(folder, name, markers.positions().iter().flat_map(glam::Vec3::to_array));
 }
 
 /// The actor's markers: at rest, under the range of motion, and of a take.

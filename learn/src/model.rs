@@ -126,7 +126,7 @@ impl Model {
         let (inputs, start): (Rows, OwnedTape<f32, Cpu>) = inputs.traced(Gradients::leaky()).split_tape();
         let activation = Some(self.architecture.activation);
         let way = Way { arch: self.arch, again };
-        let mut hidden = tape::enter(inputs, &self.trained[0].table, start, way)?;
+        let mut hidden = tape::enter(&inputs, &self.trained[0].table, start, way)?;
         let mut skip = None;
         for (layer, own) in self.layers.iter().zip(self.trained.chunks_exact(2)) {
             let mut finish = Finish { bias: &own[1].table, way, skip: None, activation, dropout: None };

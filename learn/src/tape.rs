@@ -65,8 +65,8 @@ pub(crate) struct Way {
 
 /// x W, with a gradient for W but none for x: the first layer's inputs are given, and their gradient would cost as much as
 /// the product itself. The tape starts here.
-pub(crate) fn enter(inputs: Rows, weight: &Table, tape: OwnedTape<f32, Cpu>, way: Way) -> Result<Traced, CpuError> {
-    times(&inputs, weight, tape, way, false)
+pub(crate) fn enter(inputs: &Rows, weight: &Table, tape: OwnedTape<f32, Cpu>, way: Way) -> Result<Traced, CpuError> {
+    times(inputs, weight, tape, way, false)
 }
 
 /// x W with gradients for both.
