@@ -138,12 +138,12 @@ impl Engine {
 
     fn record(&self, id: CellId) -> CellRecord {
         let cell = &self.cells[id];
-        let settings = cell.made.settings.iter().flat_map(|settings| &settings.parts);
+        let settings = cell.made_settings().into_iter().flat_map(|settings| &settings.parts);
         let mut parts: Vec<_> = settings.map(|part| (part.label.clone(), short(&part.digest))).collect();
         parts.extend(cell.made.file.iter().map(|file| ("file".to_owned(), short(file))));
         parts.extend(cell.links.iter().zip(&cell.made.inputs).map(|(link, digest)| (link.label(), short(digest))));
         CellRecord {
-            key: cell.made.key,
+            key: cell.key(),
             parts,
             action: cell.action(),
             block_keys: cell.made.block_keys.clone(),
