@@ -192,7 +192,7 @@ impl Engine {
             if before.key == made.key {
                 made.frame_keys.clone_from(&before.frame_keys);
             }
-            cell.cooked = before.cooked.as_ref().map(|(run, cause)| (*run, Reason::Told(cause.clone())));
+            cell.cooked = before.cooked.as_ref().map(|(run, cause)| (*run, Reason::told(cause.clone())));
         }
         let (blocks, name) = (made.block_keys.len(), cell.name.clone());
         (cell.seconds, cell.reads) = (action.seconds, action.reads);

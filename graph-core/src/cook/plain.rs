@@ -8,8 +8,9 @@ use super::job::{Desk, Finished, JobError};
 use super::key::{halo, key_of};
 use crate::node::{Inputs, PortValue};
 use smallvec::SmallVec;
+use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 /// Where an input of a plain cell comes from.
@@ -68,7 +69,18 @@ impl Engine {
         if done && !cell.plainly_made && cell.made.key == key_of(&cell.frame, None, &inputs) {
             return false;
         }
+        self.touch_next(id);
         self.compute_plain(id, inputs)
+    }
+
+    /// Reads a little of what is probably computed soon. Planning leaves nodes far apart, so that most of the time of trivial ones
+    /// goes into waiting for memory; this way it is on its way while others are computed.
+    fn touch_next(&self, id: CellId) {
+        let Some(next) = self.turns[id].consumers.first() else { return };
+        black_box(Arc::strong_count(&self.cells[*next].node));
+        let Some(after) = self.turns[*next].consumers.first() else { return };
+        let cell = &self.cells[*after];
+        black_box((Arc::as_ptr(&cell.node).cast::<()>(), cell.seconds, cell.changed_run, cell.made.inputs.len()));
     }
 
     /// Computes a plain cell of these inputs, where they are in memory. Whether they are.

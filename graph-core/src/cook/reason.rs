@@ -59,7 +59,7 @@ impl Engine {
         let cell = &self.cells[id];
         let known = self.known_node(cell.plan);
         let here = || Some(self.plan.nodes[cell.plan].place.text());
-        let told = |text: String, place: Option<String>| Reason::Told(Cause { text, place, upstream: None });
+        let told = |text: String, place: Option<String>| Reason::told(Cause { text, place, upstream: None });
         match reason {
             Reason::New if known.is_some() && !cell.items.is_empty() => {
                 if let Some(file) = &cell.file {
@@ -71,7 +71,7 @@ impl Engine {
                 let upstream = producers.clone().find(same).or_else(|| producers.next());
                 let upstream = upstream.map(|id| self.cells[id].name.clone());
                 let text = format!("its item `{}` is new", cell.items.join("/"));
-                Reason::Told(Cause { text, place: here().filter(|_| upstream.is_none()), upstream })
+                Reason::told(Cause { text, place: here().filter(|_| upstream.is_none()), upstream })
             }
             Reason::Forgotten => match self.changed_sibling(id) {
                 Some(path) => told("a file that it reads beside its own changed".into(), Some(path)),
@@ -144,7 +144,7 @@ impl Engine {
         let input = || self.plan.nodes[cell.plan].inputs.iter().find(|input| input.port.name == port);
         let known = self.known_node(cell.plan);
         let told =
-            |text: String| Reason::Told(Cause { text, place: input().map(|input| input.place.text()), upstream: None });
+            |text: String| Reason::told(Cause { text, place: input().map(|input| input.place.text()), upstream: None });
         if let Some(was) = known.and_then(|known| known.inputs.get(port))
             && let Some(input) = input()
         {
@@ -227,7 +227,7 @@ impl Engine {
         let here = Some(plan.place.text());
         let plain = |text: String, place: Option<String>| Cause { text, place, upstream: None };
         match reason {
-            Reason::Told(cause) => cause.clone(),
+            Reason::Told(cause) => Cause::clone(cause),
             Reason::New => plain("it is new".into(), here),
             Reason::Forgotten => plain("the store no longer holds its result".into(), None),
             Reason::Added(label) => plain(format!("{label} was added"), here),

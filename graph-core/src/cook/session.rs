@@ -73,7 +73,13 @@ pub(crate) enum Reason {
     /// Its input at this position differs, since the producer gave another result; none where only the connection differs.
     Input(usize, Option<CellId>),
     /// As it was told when it was found, or by an earlier process.
-    Told(Cause),
+    Told(Box<Cause>),
+}
+
+impl Reason {
+    pub fn told(cause: Cause) -> Self {
+        Self::Told(Box::new(cause))
+    }
 }
 
 /// Why a cell was computed: the first part of its key that differed.

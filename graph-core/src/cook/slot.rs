@@ -57,18 +57,25 @@ const ON_ITS_WAY: u8 = 3;
 /// Where a value is held in memory.
 type Place = Mutex<Option<Arc<dyn Value>>>;
 
-/// The places of a value's blocks.
+/// The places of a value's blocks, and of the whole where that is more than one.
 #[derive(Debug)]
 enum Places {
     One(Place),
-    Many(Vec<Place>),
+    Many { blocks: Vec<Place>, whole: Box<Place> },
 }
 
 impl Places {
-    fn all(&self) -> &[Place] {
+    fn blocks(&self) -> &[Place] {
         match self {
             Self::One(one) => std::slice::from_ref(one),
-            Self::Many(many) => many,
+            Self::Many { blocks, .. } => blocks,
+        }
+    }
+
+    fn whole(&self) -> &Place {
+        match self {
+            Self::One(one) => one,
+            Self::Many { whole, .. } => whole,
         }
     }
 }
@@ -86,9 +93,7 @@ pub(crate) struct Slot {
     /// The whole record; of a single block that is in memory only once somebody asks for it.
     record: OnceLock<Box<ValueRecord>>,
     block_frames: usize,
-    blocks: Places,
-    /// The whole value where it is more than one block.
-    whole: Place,
+    places: Places,
     pack: Mutex<Option<Pack>>,
     stored: AtomicU8,
     memory: Arc<Memory>,
@@ -101,16 +106,16 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Slot {
     /// A value of which only the record is known.
     pub fn known(kind: ValueKind, record: ValueRecord, block_frames: usize, memory: &Arc<Memory>) -> Self {
-        let blocks = if record.blocks.len() == 1 {
+        let places = if record.blocks.len() == 1 {
             Places::One(Place::default())
         } else {
-            Places::Many(record.blocks.iter().map(|_| Place::default()).collect())
+            let blocks = record.blocks.iter().map(|_| Place::default()).collect();
+            Places::Many { blocks, whole: Box::default() }
         };
         let (digest, axis, bytes) = (record.digest, record.axis, record.bytes);
-        let (whole, pack) = (Place::default(), Mutex::new(None));
-        let (stored, memory) = (AtomicU8::new(UNKNOWN), Arc::clone(memory));
+        let (pack, stored, memory) = (Mutex::new(None), AtomicU8::new(UNKNOWN), Arc::clone(memory));
         let record = OnceLock::from(Box::new(record));
-        Self { kind, digest, axis, bytes, record, block_frames, blocks, whole, pack, stored, memory }
+        Self { kind, digest, axis, bytes, record, block_frames, places, pack, stored, memory }
     }
 
     /// A value of one block, in memory, whose encoding has this digest and so many bytes.
@@ -128,8 +133,7 @@ impl Slot {
             bytes,
             record: OnceLock::new(),
             block_frames,
-            blocks: Places::One(Mutex::new(Some(value))),
-            whole: Place::default(),
+            places: Places::One(Mutex::new(Some(value))),
             pack: Mutex::new(None),
             stored: AtomicU8::new(UNKNOWN),
             memory: Arc::clone(memory),
@@ -140,7 +144,7 @@ impl Slot {
     pub fn record(&self) -> &ValueRecord {
         // The value stays in memory until its record is made (`release`).
         self.record.get_or_init(|| {
-            let summary = lock(&self.blocks.all()[0]).as_ref().map(|value| value.summary()).unwrap_or_default();
+            let summary = lock(&self.places.blocks()[0]).as_ref().map(|value| value.summary()).unwrap_or_default();
             let (digest, axis, bytes) = (self.digest, self.axis, self.bytes);
             Box::new(ValueRecord { digest, axis, blocks: vec![digest], summary, bytes })
         })
@@ -149,9 +153,9 @@ impl Slot {
     /// The value, where it is one block and in memory.
     #[inline]
     pub fn in_memory(&self) -> Option<Arc<dyn Value>> {
-        match &self.blocks {
+        match &self.places {
             Places::One(place) => lock(place).clone(),
-            Places::Many(_) => None,
+            Places::Many { .. } => None,
         }
     }
 
@@ -165,17 +169,12 @@ impl Slot {
 
     /// Puts a computed block into memory.
     pub fn hold(&self, block: usize, value: Arc<dyn Value>) {
-        self.place(&self.blocks.all()[block], Some(value));
-    }
-
-    /// Puts the whole value into memory.
-    pub fn hold_whole(&self, value: Arc<dyn Value>) {
-        self.place(&self.whole, Some(value));
+        self.place(&self.places.blocks()[block], Some(value));
     }
 
     /// Takes the values that an equal slot holds in memory.
     pub fn take_from(&self, other: &Self) {
-        for (mine, theirs) in self.blocks.all().iter().zip(other.blocks.all()) {
+        for (mine, theirs) in self.places.blocks().iter().zip(other.places.blocks()) {
             let value = lock(theirs).as_ref().map(Arc::clone);
             if value.is_some() {
                 self.place(mine, value);
@@ -193,10 +192,10 @@ impl Slot {
     }
 
     fn empty(&self) {
-        for block in self.blocks.all() {
+        for block in self.places.blocks() {
             self.place(block, None);
         }
-        self.place(&self.whole, None);
+        self.place(self.places.whole(), None);
         let mut pack = lock(&self.pack);
         if self.stored.load(Ordering::SeqCst) != ON_ITS_WAY {
             *pack = None;
@@ -229,7 +228,7 @@ impl Slot {
 
     /// The blocks that hold the given frames, or all of them.
     pub fn blocks_of(&self, frames: Option<&Range<usize>>) -> Range<usize> {
-        match (frames, self.blocks.all().len()) {
+        match (frames, self.places.blocks().len()) {
             (Some(frames), count) if count > 1 => {
                 frames.start / self.block_frames..frames.end.div_ceil(self.block_frames).min(count)
             }
@@ -243,15 +242,15 @@ impl Slot {
             let state = if store.has_pack(&self.digest) { STORED } else { ABSENT };
             self.stored.store(state, Ordering::Relaxed);
         }
-        if self.is_stored() || lock(&self.whole).is_some() {
+        if self.is_stored() || lock(self.places.whole()).is_some() {
             return Vec::new();
         }
-        blocks.filter(|block| lock(&self.blocks.all()[*block]).is_none()).collect()
+        blocks.filter(|block| lock(&self.places.blocks()[*block]).is_none()).collect()
     }
 
     /// Whether the value is in memory, or known to be in the store.
     pub fn at_hand(&self) -> bool {
-        self.is_stored() || lock(&self.whole).is_some() || self.blocks.all().iter().all(|block| lock(block).is_some())
+        self.is_stored() || lock(self.places.whole()).is_some() || self.places.blocks().iter().all(|block| lock(block).is_some())
     }
 
     /// The encoding of a block from the store, verified.
@@ -275,7 +274,7 @@ impl Slot {
     }
 
     fn block(&self, store: &Store, block: usize) -> Result<Arc<dyn Value>, Absent> {
-        if let Some(value) = lock(&self.blocks.all()[block]).as_ref() {
+        if let Some(value) = lock(&self.places.blocks()[block]).as_ref() {
             return Ok(Arc::clone(value));
         }
         let encoding = self.encoding(store, block)?;
@@ -286,21 +285,21 @@ impl Slot {
 
     /// The whole value.
     pub fn whole(&self, store: &Store) -> Result<Arc<dyn Value>, Absent> {
-        if let Places::One(_) = &self.blocks {
+        if let Places::One(_) = &self.places {
             return self.block(store, 0);
         }
-        if let Some(value) = lock(&self.whole).as_ref() {
+        if let Some(value) = lock(self.places.whole()).as_ref() {
             return Ok(Arc::clone(value));
         }
-        let blocks = (0..self.blocks.all().len()).map(|block| self.block(store, block)).collect::<Result<Vec<_>, _>>()?;
+        let blocks = (0..self.places.blocks().len()).map(|block| self.block(store, block)).collect::<Result<Vec<_>, _>>()?;
         let value = (self.kind.join)(&blocks).map_err(|_| self.lost(true))?;
-        self.hold_whole(Arc::clone(&value));
+        self.place(self.places.whole(), Some(Arc::clone(&value)));
         Ok(value)
     }
 
     /// The frames at positions `frames`.
     pub fn frames(&self, store: &Store, frames: &Range<usize>) -> Result<Arc<dyn Value>, Absent> {
-        let whole = lock(&self.whole).as_ref().map(Arc::clone);
+        let whole = lock(self.places.whole()).as_ref().map(Arc::clone);
         let (value, first) = if let Some(whole) = whole {
             (whole, 0)
         } else {
