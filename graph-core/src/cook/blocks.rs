@@ -30,7 +30,7 @@ impl Engine {
             for (label, slot) in &slots {
                 hasher.bytes(label.as_bytes());
                 for index in slot.blocks_of(Some(&needed)) {
-                    hasher.digest(&slot.record.blocks[index]);
+                    hasher.digest(&slot.record().blocks[index]);
                 }
             }
             hasher.finish()
@@ -69,7 +69,7 @@ impl Engine {
         let mut first: Option<(String, FrameAxis)> = None;
         for link in self.framed_links(id) {
             for (label, slot) in self.slots_of(link) {
-                let Some(axis) = slot.record.axis else { continue };
+                let Some(axis) = slot.axis else { continue };
                 let name =
                     if label.is_empty() { link.port.name.to_owned() } else { format!("{}@{label}", link.port.name) };
                 match &first {

@@ -71,6 +71,11 @@ impl Engine {
         self.generation += 1;
     }
 
+    /// Whether nothing was carried over that a cell could still ask for.
+    pub(super) fn carries_nothing(&self) -> bool {
+        self.carried.tasks.is_empty()
+    }
+
     /// Whether a computation under the cell's key was carried over; the cell then goes on with it.
     pub(super) fn adopts(&mut self, id: CellId, made: &Made) -> bool {
         let name = &self.cells[id].name;

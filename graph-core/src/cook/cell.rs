@@ -1,12 +1,14 @@
 //! Cells: the units that are cooked. A node of the plan is one cell, or one cell for each item it repeats over.
 
-use super::key::Part;
+use super::key::{Part, frame_of, key_of};
+use super::plain::Sources;
 use super::session::{CellRecord, Reason};
 use super::slot::Slot;
 use crate::files::Pattern;
 use crate::node::{Card, Node, PortFacts};
 use crate::plan::{OriginId, Plan, PlanSource};
 use crate::store::{Action, OutputRecord};
+use smallvec::SmallVec;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -34,16 +36,16 @@ impl SlotSet {
     /// The digest of everything that stands here.
     pub fn digest(&self) -> Digest {
         match self {
-            Self::One(slot) => slot.record.digest,
-            Self::List(items) => list_digest(items.iter().map(|(name, slot)| (name, slot.record.digest))),
+            Self::One(slot) => slot.digest,
+            Self::List(items) => list_digest(items.iter().map(|(name, slot)| (name, slot.digest))),
         }
     }
 
     pub fn record(&self) -> OutputRecord {
         match self {
-            Self::One(slot) => OutputRecord::One(slot.record.clone()),
+            Self::One(slot) => OutputRecord::One(slot.record().clone()),
             Self::List(items) => {
-                OutputRecord::List(items.iter().map(|(name, slot)| (name.clone(), slot.record.clone())).collect())
+                OutputRecord::List(items.iter().map(|(name, slot)| (name.clone(), slot.record().clone())).collect())
             }
         }
     }
@@ -120,6 +122,9 @@ pub(crate) struct Settings {
     pub digest: Digest,
 }
 
+/// The content of each link of a cell.
+pub(crate) type Inputs = SmallVec<[Digest; 2]>;
+
 /// What a key was made of the last time it was asked for.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Made {
@@ -128,7 +133,7 @@ pub(crate) struct Made {
     /// Content of the source file.
     pub file: Option<Digest>,
     /// Content of each link.
-    pub inputs: Vec<Digest>,
+    pub inputs: Inputs,
     pub block_keys: Vec<Digest>,
     /// For a cell with a halo: the key of each block over the exact frames that it sees, not whole blocks of them.
     pub frame_keys: Vec<Digest>,
@@ -152,18 +157,13 @@ pub(crate) struct Cell {
     pub links: Vec<Link>,
     /// What makes a link impossible, such as an item that a zipped list lacks.
     pub broken: Option<String>,
-    /// Cells that it is wired to, each once.
-    pub producers: Vec<CellId>,
-    pub consumers: Vec<CellId>,
-    /// Producers that are not settled: in the making, or waiting for something that is.
-    pub pending: usize,
-    /// Whether the cell itself is settled.
-    pub settled: bool,
-    /// Whether something it depends on has changed since it was last looked at.
-    pub dirty: bool,
-    pub queued: bool,
+    /// Where its inputs come from, where it is plain: whole, of single values, without files (`plain`).
+    pub plain: Option<Sources>,
     pub state: State,
     pub made: Made,
+    /// Whether it was last made as a plain cell since its settings are what they are: its key is then not worked out so far, and
+    /// `made.settings` are the cell's own.
+    pub plainly_made: bool,
     /// The part of the blocks' keys that all of them share.
     pub base_key: Digest,
     /// What the session of an earlier process, or this engine before the last change, knew of it.
@@ -177,14 +177,32 @@ pub(crate) struct Cell {
     pub reads: Vec<(String, Digest)>,
     /// Seconds to have its values again: to read them, or to compute them and all that is not kept before them.
     pub again_s: f64,
-    /// Consumers that are not settled; at zero, memory may be let go.
-    pub open_consumers: usize,
 }
 
 impl Cell {
     /// The innermost item's name, empty outside of lists.
     pub fn item(&self) -> &str {
         self.items.last().map_or("", String::as_str)
+    }
+
+    /// The key under which it was last made.
+    pub fn key(&self) -> Digest {
+        if self.plainly_made { key_of(&self.frame, None, &self.made.inputs) } else { self.made.key }
+    }
+
+    /// The settings with which it was last made.
+    pub fn made_settings(&self) -> Option<&Arc<Settings>> {
+        if self.plainly_made { Some(&self.settings) } else { self.made.settings.as_ref() }
+    }
+
+    /// Has it have other settings; what it was last made of stays known.
+    pub fn set_settings(&mut self, settings: &Arc<Settings>) {
+        if self.plainly_made {
+            (self.made.key, self.made.settings) = (self.key(), Some(Arc::clone(&self.settings)));
+            self.plainly_made = false;
+        }
+        self.settings = Arc::clone(settings);
+        self.frame = frame_of(settings, self.file.is_some(), &self.links);
     }
 
     pub fn slots(&self) -> Option<&Slots> {

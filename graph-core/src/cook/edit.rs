@@ -2,7 +2,6 @@
 
 use super::cell::Settings;
 use super::engine::Engine;
-use super::key::frame_of;
 use crate::document::Diagnostic;
 use crate::node::Node;
 use std::collections::BTreeMap;
@@ -41,9 +40,7 @@ impl Engine {
         for index in 0..self.of_plan[at].len() {
             let id = self.of_plan[at][index];
             self.cells[id].node = Arc::clone(node);
-            let cell = &mut self.cells[id];
-            cell.settings = Arc::clone(&settings);
-            cell.frame = frame_of(&settings, cell.file.is_some(), &cell.links);
+            self.cells[id].set_settings(&settings);
             self.mark(id);
         }
         Ok(())

@@ -18,13 +18,13 @@ use super::results::Message;
 use super::session::{Session, session_name};
 use super::shared::Shared;
 use super::tasks::Task;
+use super::turn::{Line, Turn};
 use super::writer::Writer;
 use crate::document::Override;
 use crate::files::{Fingerprints, Signature};
 use crate::plan::{OriginId, Plan};
 use crate::store::Store;
-use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -121,8 +121,10 @@ pub struct Engine {
     pub(super) settings: HashMap<usize, Arc<Settings>>,
     /// Plan nodes by their path.
     pub(super) paths: HashMap<String, usize>,
-    /// Dirty cells to be looked at, in the order of the plan.
-    pub(super) ready: BinaryHeap<Reverse<(usize, CellId)>>,
+    /// Where each cell stands in the order of work.
+    pub(super) turns: Vec<Turn>,
+    /// Dirty cells to be looked at.
+    pub(super) line: Line,
     pub(super) failed: BTreeSet<CellId>,
     pub(super) tasks: HashMap<CellId, Task>,
     /// The cell that is computed under each key, and those that wait for its result since they have the same key.
@@ -193,7 +195,8 @@ impl Engine {
             list_origins: list_origins(&plan),
             settings: HashMap::new(),
             paths: plan.nodes.iter().enumerate().map(|(at, node)| (node.path.clone(), at)).collect(),
-            ready: BinaryHeap::new(),
+            turns: Vec::new(),
+            line: Line::default(),
             failed: BTreeSet::new(),
             tasks: HashMap::new(),
             making: HashMap::new(),
@@ -266,7 +269,11 @@ impl Engine {
         }
         self.summary.cancelled = self.cancelled();
         self.summary.cached = if self.summary.cancelled {
-            let done = self.cells.iter().filter(|cell| cell.settled && !cell.dirty && cell.slots().is_some());
+            let done = self
+                .turns
+                .iter()
+                .zip(&self.cells)
+                .filter(|(turn, cell)| turn.settled && !turn.dirty && cell.slots().is_some());
             done.count().saturating_sub(self.summary.cooked)
         } else {
             let others = self.summary.cooked + self.summary.failed + self.summary.skipped;
@@ -279,13 +286,13 @@ impl Engine {
     /// Works until nothing is ready and nothing runs.
     pub(super) fn run(&mut self) {
         loop {
-            while let Some(Reverse((_, id))) = self.ready.pop() {
-                self.cells[id].queued = false;
+            while let Some(id) = self.line.pop() {
+                self.turns[id].queued = false;
                 if self.cancelled() || self.broken.is_some() || self.items_changed {
                     self.mark_later(id);
                     break;
                 }
-                if self.cells[id].pending == 0 && self.cells[id].dirty {
+                if self.turns[id].pending == 0 && self.turns[id].dirty {
                     self.evaluate(id);
                 }
             }

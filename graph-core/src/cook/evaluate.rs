@@ -1,9 +1,9 @@
 //! Decides for each dirty cell whether its result is known, and if not, why it is computed.
 
-use super::cell::{CellId, Link, Made, SlotSet, Slots, State, Wire};
+use super::cell::{CellId, Inputs, Link, Made, SlotSet, Slots, State, Wire};
 use super::engine::Engine;
 use super::event::Event;
-use super::key::content_of;
+use super::key::{content_of, key_of};
 use super::session::Reason;
 use super::slot::Slot;
 use super::why::told;
@@ -16,12 +16,15 @@ use wire::{Digest, Hasher};
 impl Engine {
     /// Brings one dirty cell, whose producers are all settled, up to date or on its way.
     pub(super) fn evaluate(&mut self, id: CellId) {
-        self.cells[id].dirty = false;
+        self.turns[id].dirty = false;
+        if self.evaluate_plain(id) {
+            return;
+        }
         if let Some(problem) = self.cells[id].broken.clone() {
             return self.fail(id, &problem);
         }
         let (mut failed, mut unknown) = (None, None);
-        for producer in &self.cells[id].producers {
+        for producer in &self.turns[id].producers {
             match &self.cells[*producer].state {
                 State::Failed(cause) => failed = failed.or_else(|| Some(cause.clone())),
                 State::Unknown => unknown = unknown.or(Some(*producer)),
@@ -46,14 +49,13 @@ impl Engine {
             let because = own.unwrap_or_else(|| format!("{} may give another result", self.cells[producer].name));
             return self.would_cook(id, because, sure);
         }
-        let Some(key) = self.key(id, file) else {
+        let Some(mut made) = self.made(id, file) else {
             return self.fail(id, "an input has no value");
         };
-        if key == self.cells[id].made.key && matches!(self.cells[id].state, State::Done(_)) && self.reads_still_true(id)
-        {
+        let cell = &self.cells[id];
+        if matches!(cell.state, State::Done(_)) && made.key == cell.key() && self.reads_still_true(id) {
             return self.settle(id, false);
         }
-        let mut made = self.made(id, key, file);
         self.block_keys(id, &mut made);
         // Before the store is asked: it may have the result of a job whose message is still on its way.
         if self.adopts(id, &made) {
@@ -65,7 +67,7 @@ impl Engine {
         if let Some(problem) = self.failures.get(&made.key).cloned() {
             return self.fail(id, &problem);
         }
-        let reason = self.reason(id, &made);
+        let reason = self.reason(id, made.file, &made.inputs);
         if self.options.dry {
             return self.would_cook(id, told(&self.cause(id, &reason)), true);
         }
@@ -92,25 +94,13 @@ impl Engine {
         Ok(Some(content_of(&file, &content)))
     }
 
-    /// The key: settings, file, and the content of every input; `None` where an input has no value.
-    fn key(&self, id: CellId, file: Option<Digest>) -> Option<Digest> {
+    /// What the key is made of, settings, file, and the content of every input; `None` where an input has no value.
+    fn made(&self, id: CellId, file: Option<Digest>) -> Option<Made> {
         let cell = &self.cells[id];
-        let mut hasher = Hasher::bare();
-        hasher.digest(&cell.frame);
-        if let Some(file) = &file {
-            hasher.digest(file);
-        }
-        for link in &cell.links {
-            hasher.digest(&self.link_digest(link)?);
-        }
-        Some(hasher.finish())
-    }
-
-    fn made(&self, id: CellId, key: Digest, file: Option<Digest>) -> Made {
-        let cell = &self.cells[id];
-        let inputs = cell.links.iter().filter_map(|link| self.link_digest(link)).collect();
+        let inputs = cell.links.iter().map(|link| self.link_digest(link)).collect::<Option<Inputs>>()?;
+        let key = key_of(&cell.frame, file.as_ref(), &inputs);
         let settings = Some(Arc::clone(&cell.settings));
-        Made { key, settings, file, inputs, block_keys: Vec::new(), frame_keys: Vec::new() }
+        Some(Made { key, settings, file, inputs, block_keys: Vec::new(), frame_keys: Vec::new() })
     }
 
     /// What stands on the output that a wire comes from.
@@ -123,7 +113,7 @@ impl Engine {
     #[inline]
     pub(super) fn wire_digest(&self, wire: &Wire) -> Option<Digest> {
         match (self.standing(wire)?, &wire.item) {
-            (SlotSet::List(items), Some(item)) => Some(items.get(item)?.record.digest),
+            (SlotSet::List(items), Some(item)) => Some(items.get(item)?.digest),
             (set, _) => Some(set.digest()),
         }
     }
@@ -139,7 +129,7 @@ impl Engine {
             match (self.standing(wire)?, &wire.item) {
                 (SlotSet::List(items), None) => {
                     for (name, slot) in items {
-                        hasher.bytes(wire.label_of(name).as_bytes()).digest(&slot.record.digest);
+                        hasher.bytes(wire.label_of(name).as_bytes()).digest(&slot.digest);
                     }
                 }
                 _ => {
@@ -202,7 +192,7 @@ impl Engine {
             if before.key == made.key {
                 made.frame_keys.clone_from(&before.frame_keys);
             }
-            cell.cooked = before.cooked.as_ref().map(|(run, cause)| (*run, Reason::Told(cause.clone())));
+            cell.cooked = before.cooked.as_ref().map(|(run, cause)| (*run, Reason::told(cause.clone())));
         }
         let (blocks, name) = (made.block_keys.len(), cell.name.clone());
         (cell.seconds, cell.reads) = (action.seconds, action.reads);
@@ -235,6 +225,7 @@ impl Engine {
             cell.changed_run = self.session.run;
         }
         cell.made = made;
+        cell.plainly_made = false;
         cell.state = State::Done(slots);
         self.learn_items(id);
         self.settle(id, changed);
@@ -248,7 +239,7 @@ impl Engine {
             for wire in &link.wires {
                 let label = if wire.label.is_empty() { String::new() } else { format!("@{}", wire.label) };
                 let set = self.standing(wire);
-                let summary = set.and_then(|set| set.slots().first().map(|slot| slot.record.summary.clone()));
+                let summary = set.and_then(|set| set.slots().first().map(|slot| slot.record().summary.clone()));
                 inputs.insert(format!("{}{label}", link.port.name), summary.unwrap_or_default());
             }
         }

@@ -1,6 +1,6 @@
 //! Computing a cheap cell in place: on the coordinating thread, without a task.
 
-use super::cell::{CellId, Link, Made, SlotSet};
+use super::cell::{CellId, Link, Made, SlotSet, Slots};
 use super::cost::FILE_S;
 use super::engine::Engine;
 use super::event::Event;
@@ -8,42 +8,56 @@ use super::job::{Desk, Finished, JobError, READ_BYTES_A_SECOND, keep, missing_ou
 use super::session::Reason;
 use super::slot::{Absent, Slot};
 use super::why::told;
-use crate::node::{Inputs, NodeError, PortFacts, PortValue};
-use crate::store::ValueRecord;
+use crate::node::{Inputs, NodeError, Outputs, PortFacts, PortValue};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
-use wire::{Encoder, Value};
+use wire::{Digest, Encoder, Value};
 
 impl Engine {
     /// Computes a cheap whole cell, all of whose inputs are at hand.
     pub(super) fn compute_here(&mut self, id: CellId, made: Made, reason: Reason) {
-        let cell = &self.cells[id];
-        self.tell(|| Event::Started {
-            node: cell.name.clone(),
-            kind: self.kind(id),
-            because: told(&self.cause(id, &reason)),
-            blocks: 0,
-        });
+        self.tell_started(id, &reason);
         let before_s = self.before_s(id);
         match self.result_here(id, &made, before_s) {
             Ok(finished) => {
                 self.costs.learn(self.cells[id].plan, finished.seconds);
                 self.cooked(id, made, reason, finished, (0, 0));
             }
-            Err(JobError::Node(NodeError::Cancelled)) if self.cancelled() => self.mark(id),
-            Err(JobError::Node(_)) if self.withdraws(id) => self.mark(id),
-            Err(JobError::Node(error)) => {
-                self.note_failure(id, made.key, &error.to_string());
-                self.fail(id, &error.to_string());
-            }
-            Err(JobError::Store(error)) => {
-                self.broken.get_or_insert(error.into());
-            }
             // A value was lost between two looks: the task finds it again.
             Err(JobError::Absent(_)) => {
                 self.costs.learn(self.cells[id].plan, f64::INFINITY);
                 self.begin(id, made, reason);
+            }
+            Err(error) => self.failed_here(id, made.key, error),
+        }
+    }
+
+    pub(super) fn tell_started(&self, id: CellId, reason: &Reason) {
+        self.tell(|| Event::Started {
+            node: self.cells[id].name.clone(),
+            kind: self.kind(id),
+            because: told(&self.cause(id, reason)),
+            blocks: 0,
+        });
+    }
+
+    /// A cell gave no result here.
+    pub(super) fn failed_here(&mut self, id: CellId, key: Digest, error: JobError) {
+        match error {
+            JobError::Node(NodeError::Cancelled) if self.cancelled() => self.mark(id),
+            JobError::Node(_) if self.withdraws(id) => self.mark(id),
+            JobError::Node(error) => {
+                self.note_failure(id, key, &error.to_string());
+                self.fail(id, &error.to_string());
+            }
+            JobError::Store(error) => {
+                self.broken.get_or_insert(error.into());
+            }
+            // It is looked at again, and then as any other.
+            JobError::Absent(_) => {
+                self.costs.learn(self.cells[id].plan, f64::INFINITY);
+                self.mark(id);
             }
         }
     }
@@ -57,7 +71,7 @@ impl Engine {
         let desk = Desk {
             shared: &self.shared,
             name: &cell.name,
-            key: made.key,
+            key: &|| made.key,
             file: cell.file.as_deref(),
             content: made.file,
             stale: &AtomicBool::new(false),
@@ -65,28 +79,40 @@ impl Engine {
         };
         let _span = tracing::debug_span!("cook", cell = cell.name.as_str()).entered();
         let start = Instant::now();
-        let mut outputs = desk.compute(cell.node.as_ref(), cell.item(), &inputs)?;
+        let outputs = desk.compute(cell.node.as_ref(), cell.item(), &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
         let reads = desk.reads.into_inner().unwrap_or_else(PoisonError::into_inner);
+        self.finished_here(id, outputs, reads, seconds, before_s)
+    }
+
+    /// What a cell gave as what stands on its outputs.
+    pub(super) fn finished_here(
+        &mut self,
+        id: CellId,
+        mut outputs: Outputs,
+        reads: Vec<(String, Digest)>,
+        seconds: f64,
+        before_s: f64,
+    ) -> Result<Finished, JobError> {
         let again_s = before_s + seconds;
         let mut kept = true;
-        let card = Arc::clone(&cell.card);
-        let mut sets = Vec::with_capacity(card.outputs.len());
-        for port in &card.outputs {
+        let card = Arc::clone(&self.cells[id].card);
+        let mut set = |port: &PortFacts| {
             let given = outputs.take(port.name).ok_or_else(|| missing_output(port))?;
-            sets.push(match given {
+            Ok(match given {
                 PortValue::One(value) if !port.list => SlotSet::One(self.slot_here(port, value, again_s, &mut kept)?),
                 PortValue::List(items) if port.list => {
-                    let mut slots = std::collections::BTreeMap::new();
-                    for (name, value) in items {
-                        slots.insert(name, self.slot_here(port, value, again_s, &mut kept)?);
-                    }
-                    SlotSet::List(slots)
+                    let slot = |(name, value)| Ok((name, self.slot_here(port, value, again_s, &mut kept)?));
+                    SlotSet::List(items.into_iter().map(slot).collect::<Result<_, JobError>>()?)
                 }
                 _ => return Err(missing_output(port)),
-            });
-        }
-        Ok(Finished { slots: sets.into(), reads, seconds, again_s: if kept { 0.0 } else { again_s } })
+            })
+        };
+        let slots: Slots = match card.outputs.as_slice() {
+            [port] => Arc::new([set(port)?]),
+            ports => ports.iter().map(set).collect::<Result<_, JobError>>()?,
+        };
+        Ok(Finished { slots, reads, seconds, again_s: if kept { 0.0 } else { again_s } })
     }
 
     fn fetch(&self, link: &Link) -> Result<PortValue, JobError> {
@@ -126,12 +152,8 @@ impl Engine {
         let mut encoder = Encoder::over(std::mem::take(&mut self.scratch));
         value.encode(&mut encoder);
         self.scratch = encoder.finish();
-        let blocks = vec![port.kind.digest(&self.scratch)];
-        let digest = ValueRecord::root(&port.kind, &blocks);
-        let bytes = self.scratch.len() as u64;
-        let record = ValueRecord { digest, axis, blocks, summary: value.summary(), bytes };
-        let slot = Slot::known(port.kind, record, block_frames, &self.shared.memory);
-        slot.hold(0, value);
-        Ok(Arc::new(slot))
+        // A single block is its own root.
+        let (digest, bytes) = (port.kind.digest(&self.scratch), self.scratch.len() as u64);
+        Ok(Arc::new(Slot::of_one(value, (digest, bytes), block_frames, &self.shared.memory)))
     }
 }

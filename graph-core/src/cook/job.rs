@@ -77,7 +77,8 @@ pub(crate) struct Job {
 pub(crate) struct Desk<'a> {
     pub shared: &'a Shared,
     pub name: &'a str,
-    pub key: Digest,
+    /// Gives the key under which the cell is computed.
+    pub key: &'a (dyn Fn() -> Digest + Sync),
     pub file: Option<&'a Path>,
     pub content: Option<Digest>,
     pub stale: &'a AtomicBool,
@@ -122,12 +123,12 @@ impl Host for Desk<'_> {
     }
 
     fn checkpoint(&self, name: &str) -> Option<Vec<u8>> {
-        self.shared.store.checkpoint(&self.key, name)
+        self.shared.store.checkpoint(&(self.key)(), name)
     }
 
     fn save_checkpoint(&self, name: &str, state: &[u8]) {
         // A checkpoint that cannot be saved costs time after a crash, and nothing else.
-        let _ = self.shared.store.put_checkpoint(&self.key, name, state);
+        let _ = self.shared.store.put_checkpoint(&(self.key)(), name, state);
     }
 }
 
@@ -183,9 +184,9 @@ impl Job {
         if let Some(started) = self.started.lock().unwrap_or_else(PoisonError::into_inner).take() {
             shared.tell(|| started);
         }
-        let (name, key, file) = (self.name.as_str(), self.key, self.file.as_deref());
+        let (name, file) = (self.name.as_str(), self.file.as_deref());
         let (content, stale) = (self.content, self.stale.as_ref());
-        let desk = Desk { shared, name, key, file, content, stale, reads: Mutex::default() };
+        let desk = Desk { shared, name, key: &|| self.key, file, content, stale, reads: Mutex::default() };
         let outputs = desk.compute(self.node.as_ref(), &self.item, inputs)?;
         Ok((outputs, desk.reads.into_inner().unwrap_or_else(PoisonError::into_inner)))
     }
@@ -294,7 +295,7 @@ pub(crate) fn keep(
     let blocks = cut(value, shared.block_frames);
     let record = record_of(port, &blocks, value.axis(), value.summary());
     let slot = Arc::new(Slot::known(port.kind, record, shared.block_frames, &shared.memory));
-    let write = write(&slot.record);
+    let write = write(slot.record());
     for (index, block) in blocks.iter().enumerate() {
         slot.hold(index, Arc::clone(&block.value));
     }

@@ -46,7 +46,7 @@ impl Join {
         for (index, (port, set)) in self.ports.iter().zip(known.iter()).enumerate() {
             let SlotSet::One(slot) = set else { continue };
             for (block, outputs) in &self.done {
-                if slot.record.blocks[*block] != outputs[index].digest {
+                if slot.record().blocks[*block] != outputs[index].digest {
                     let name = port.name;
                     let problem =
                         format!("output `{name}` differs when it is computed again: the node is not a pure function");
@@ -73,10 +73,9 @@ impl Join {
                 bytes += outputs[index].encoding.len() as u64;
             } else {
                 let old = self.kept.get(&block).zip(before.as_ref());
-                let digest = old.and_then(|(at, before)| before.record.blocks.get(*at).copied());
+                let digest = old.and_then(|(at, before)| before.record().blocks.get(*at).copied());
                 digests.push(digest.ok_or_else(|| NodeError::Failed("a kept block is not in the session".into()))?);
-                bytes +=
-                    before.as_ref().map_or(0, |before| before.record.bytes / before.record.blocks.len().max(1) as u64);
+                bytes += before.as_ref().map_or(0, |before| before.bytes / before.record().blocks.len().max(1) as u64);
             }
         }
         let axis = self.axis(index, before.as_ref());
@@ -107,7 +106,7 @@ impl Join {
             } else {
                 let (before, at) = (before?, *self.kept.get(&block)?);
                 let bytes = before.encoding(store, at).ok()?;
-                pack.push(before.record.blocks[at], Arc::new(bytes));
+                pack.push(before.record().blocks[at], Arc::new(bytes));
             }
         }
         Some(pack)
@@ -116,7 +115,7 @@ impl Join {
     fn axis(&self, index: usize, before: Option<&Slot>) -> FrameAxis {
         let count = self.frames.count;
         let cooked = self.done.iter().next().and_then(|(block, outputs)| Some((*block, outputs[index].value.axis()?)));
-        match (cooked, before.and_then(|before| before.record.axis)) {
+        match (cooked, before.and_then(|before| before.axis)) {
             (Some((block, axis)), _) => {
                 FrameAxis { first: axis.first - self.frames.of_block(block).start as i64, count, ..axis }
             }
@@ -135,7 +134,7 @@ impl Join {
             return whole.summary();
         }
         let part = blocks.first().map(|block| block.summary());
-        let part = part.or_else(|| before.map(|before| before.record.summary.clone())).unwrap_or_default();
+        let part = part.or_else(|| before.map(|before| before.record().summary.clone())).unwrap_or_default();
         format!("{} frames; in one block of them: {part}", self.frames.count)
     }
 }

@@ -64,6 +64,16 @@ pub(crate) fn frame_of(settings: &Settings, reads_file: bool, links: &[Link]) ->
     hasher.finish()
 }
 
+/// The key of a cell: how it begins, the content of its file, and that of every input.
+pub(crate) fn key_of(frame: &Digest, file: Option<&Digest>, inputs: &[Digest]) -> Digest {
+    let mut hasher = Hasher::bare();
+    hasher.digest(frame);
+    for digest in file.into_iter().chain(inputs) {
+        hasher.digest(digest);
+    }
+    hasher.finish()
+}
+
 /// The content of a source file as it enters keys: with its ending, by which formats are told apart.
 pub(crate) fn content_of(file: &Path, content: &Digest) -> Digest {
     let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();

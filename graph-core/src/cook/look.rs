@@ -109,7 +109,7 @@ impl Engine {
 
     fn cell(&self, id: CellId) -> CellLook<'_> {
         let cell = &self.cells[id];
-        let settings = cell.made.settings.iter().flat_map(|settings| &settings.parts);
+        let settings = cell.made_settings().into_iter().flat_map(|settings| &settings.parts);
         let mut parts: Vec<_> = settings.map(|part| (part.label.clone(), short(&part.digest))).collect();
         parts.extend(cell.made.file.iter().map(|file| ("file".to_owned(), short(file))));
         let failed = match &cell.state {
@@ -125,7 +125,7 @@ impl Engine {
             made: cell.node.as_ref(),
             reads: cell.file.as_deref(),
             items: &cell.items,
-            producers: &cell.producers,
+            producers: &self.turns[id].producers,
             failed,
             parts,
             outputs: cell.outputs().map(|(name, set)| (name, set.record())).collect(),
@@ -243,7 +243,7 @@ impl Engine {
             }
             // What gives another result when it is computed again has a new place for it.
             let sets = self.cells[id].outputs().filter(|(name, _)| *name == port).flat_map(|(_, set)| set.slots());
-            let same = sets.into_iter().find(|known| known.record.digest == slot.record.digest);
+            let same = sets.into_iter().find(|known| known.digest == slot.digest);
             slot = same.map_or(slot, Arc::clone);
         }
         Err(LookError::Lost { cell: self.cells[id].name.clone(), port: port.to_owned() })

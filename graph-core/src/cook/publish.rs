@@ -62,7 +62,7 @@ impl Engine {
     /// The file that a cell writes as it was last published, where that was with its present content.
     pub(super) fn written(&self, id: CellId) -> Option<Signature> {
         let (signature, digest) = self.published.get(self.cells[id].writes.as_ref()?)?;
-        (*digest == self.file(id)?.record.digest).then_some(*signature)
+        (*digest == self.file(id)?.digest).then_some(*signature)
     }
 
     /// Takes what became of a file.
@@ -122,7 +122,7 @@ impl Engine {
                 let digest = self.shared.files.last_digest(file).map(|digest| digest.hex());
                 sources.insert(file.display().to_string(), digest);
             }
-            open.extend(&cell.producers);
+            open.extend(&self.turns[id].producers);
         }
         let graphs: BTreeMap<_, _> = self
             .plan
@@ -135,7 +135,7 @@ impl Engine {
             "node": cell.name,
             "kind": self.kind(id),
             "item": cell.item(),
-            "key": cell.made.key.hex(),
+            "key": cell.key().hex(),
             "graphs": graphs,
             "inputs": inputs,
             "sources": sources,
@@ -185,7 +185,7 @@ fn write_out(path: &Path, slot: &Slot, store: &Store, mut provenance: serde_json
     }
     let signature = Signature::of(path).map_err(failed)?;
     let bytes = (!right).then_some(artifact.bytes.len());
-    Ok(Written { path: path.to_owned(), signature, digest: slot.record.digest, bytes, kept })
+    Ok(Written { path: path.to_owned(), signature, digest: slot.digest, bytes, kept })
 }
 
 /// Whether the bytes that stand at `path` are those that the sidecar says were written there.

@@ -2,39 +2,39 @@
 
 use super::cell::{CellId, SlotSet};
 use super::engine::Engine;
-use std::cmp::Reverse;
+use smallvec::{SmallVec, smallvec};
 
 impl Engine {
     /// Says that something that a cell depends on changed.
     pub(super) fn mark(&mut self, id: CellId) {
-        self.cells[id].dirty = true;
-        if self.cells[id].pending == 0 {
+        self.turns[id].dirty = true;
+        if self.turns[id].pending == 0 {
             self.mark_later(id);
         }
     }
 
     /// Puts a dirty cell into the order in which cells are looked at.
     pub(super) fn mark_later(&mut self, id: CellId) {
-        let cell = &mut self.cells[id];
-        if !std::mem::replace(&mut cell.queued, true) {
-            self.ready.push(Reverse((cell.plan, id)));
+        let turn = &mut self.turns[id];
+        if !std::mem::replace(&mut turn.queued, true) {
+            self.line.push(turn.plan, id);
         }
     }
 
     /// A cell has its result; `changed` says whether it differs from what its consumers saw.
     pub(super) fn settle(&mut self, id: CellId, changed: bool) {
-        let mut open = vec![(id, changed)];
+        let mut open: SmallVec<[(CellId, bool); 4]> = smallvec![(id, changed)];
         while let Some((id, changed)) = open.pop() {
-            let was_settled = std::mem::replace(&mut self.cells[id].settled, true);
+            let was_settled = std::mem::replace(&mut self.turns[id].settled, true);
             if was_settled && !changed {
                 continue;
             }
-            for index in 0..self.cells[id].consumers.len() {
-                let consumer = self.cells[id].consumers[index];
-                let cell = &mut self.cells[consumer];
-                cell.pending -= usize::from(!was_settled);
-                cell.dirty |= changed;
-                match (cell.pending, cell.dirty, cell.settled) {
+            for index in 0..self.turns[id].consumers.len() {
+                let consumer = self.turns[id].consumers[index];
+                let turn = &mut self.turns[consumer];
+                turn.pending -= u32::from(!was_settled);
+                turn.dirty |= changed;
+                match (turn.pending, turn.dirty, turn.settled) {
                     (0, true, _) => self.mark_later(consumer),
                     (0, false, false) => open.push((consumer, false)),
                     _ => {}
@@ -49,16 +49,16 @@ impl Engine {
 
     /// A cell is in the making, so everything behind it waits.
     pub(super) fn unsettle(&mut self, id: CellId) {
-        let mut open = vec![id];
+        let mut open: SmallVec<[CellId; 8]> = smallvec![id];
         while let Some(id) = open.pop() {
-            if !std::mem::replace(&mut self.cells[id].settled, false) {
+            if !std::mem::replace(&mut self.turns[id].settled, false) {
                 continue;
             }
             self.count_consumer(id, 1);
-            for index in 0..self.cells[id].consumers.len() {
-                let consumer = self.cells[id].consumers[index];
-                self.cells[consumer].pending += 1;
-                if self.cells[consumer].settled {
+            for index in 0..self.turns[id].consumers.len() {
+                let consumer = self.turns[id].consumers[index];
+                self.turns[consumer].pending += 1;
+                if self.turns[consumer].settled {
                     open.push(consumer);
                 }
             }
@@ -66,10 +66,10 @@ impl Engine {
     }
 
     /// Tells the producers of a cell whether one more of their consumers is not settled.
-    fn count_consumer(&mut self, id: CellId, by: isize) {
-        for index in 0..self.cells[id].producers.len() {
-            let producer = self.cells[id].producers[index];
-            let open = &mut self.cells[producer].open_consumers;
+    fn count_consumer(&mut self, id: CellId, by: i32) {
+        for index in 0..self.turns[id].producers.len() {
+            let producer = self.turns[id].producers[index];
+            let open = &mut self.turns[producer].open_consumers;
             *open = open.saturating_add_signed(by);
             if *open == 0 {
                 self.let_go(producer);
@@ -79,10 +79,10 @@ impl Engine {
 
     /// Releases the memory of a cell that nothing will ask any more in this cook.
     pub(super) fn let_go(&mut self, id: CellId) {
-        let cell = &self.cells[id];
-        if self.options.resident || cell.open_consumers > 0 || self.tasks.contains_key(&id) {
+        if self.options.resident || self.turns[id].open_consumers > 0 || self.tasks.contains_key(&id) {
             return;
         }
+        let cell = &self.cells[id];
         let waited_for = self.folded.iter().any(|node| {
             self.plan.nodes[*node].inputs.iter().flat_map(|input| &input.sources).any(|source| source.node == cell.plan)
         });

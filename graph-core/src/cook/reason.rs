@@ -1,6 +1,6 @@
 //! Why a cell is cooked, in words: finds the part of its key that differs, and where the difference was written.
 
-use super::cell::{CellId, Made, Settings, some_of};
+use super::cell::{CellId, Settings, some_of};
 use super::engine::Engine;
 use super::key::shown;
 use super::session::{Cause, NodeRecord, Reason};
@@ -28,24 +28,25 @@ impl Engine {
     }
 
     /// The first part of the key that differs from the one before.
-    pub(super) fn reason(&self, id: CellId, made: &Made) -> Reason {
+    pub(super) fn reason(&self, id: CellId, file: Option<Digest>, inputs: &[Digest]) -> Reason {
         let cell = &self.cells[id];
-        let (reason, was) = match (&cell.made.settings, &cell.before) {
+        let (reason, was) = match (cell.made_settings(), &cell.before) {
             // Computed before by this very engine.
             (Some(before), _) => {
                 let same = Arc::ptr_eq(before, &cell.settings);
                 let own = if same { None } else { settings_difference(&before.parts, &cell.settings.parts) };
-                let input = || cell.made.inputs.iter().zip(&made.inputs).position(|(before, now)| before != now);
+                let input = || cell.made.inputs.iter().zip(inputs).position(|(before, now)| before != now);
                 let reason = match own {
                     Some(own) => own,
-                    None if cell.made.file != made.file => Reason::Changed("file".to_owned()),
+                    None if cell.made.file != file => Reason::Changed("file".to_owned()),
                     None => input().map_or(Reason::Forgotten, |link| Reason::Input(link, None)),
                 };
                 (reason, Some(Arc::clone(before)))
             }
+            (None, None) => (Reason::New, None),
             (None, before) => {
-                let inputs = made.inputs.iter().copied().map(Some).collect();
-                let now = Now { settings: &cell.settings, file: made.file, links: &cell.links, inputs };
+                let inputs = inputs.iter().copied().map(Some).collect();
+                let now = Now { settings: &cell.settings, file, links: &cell.links, inputs };
                 (difference(before.as_deref(), &now), None)
             }
         };
@@ -56,10 +57,9 @@ impl Engine {
     /// settings before, where this very engine knew them.
     fn in_words(&self, id: CellId, reason: Reason, was: Option<&Settings>) -> Reason {
         let cell = &self.cells[id];
-        let plan = &self.plan.nodes[cell.plan];
-        let known = self.session.nodes.get(&plan.path);
-        let here = || Some(plan.place.text());
-        let told = |text: String, place: Option<String>| Reason::Told(Cause { text, place, upstream: None });
+        let known = self.known_node(cell.plan);
+        let here = || Some(self.plan.nodes[cell.plan].place.text());
+        let told = |text: String, place: Option<String>| Reason::told(Cause { text, place, upstream: None });
         match reason {
             Reason::New if known.is_some() && !cell.items.is_empty() => {
                 if let Some(file) = &cell.file {
@@ -67,11 +67,11 @@ impl Engine {
                 }
                 let changed = |id: &CellId| self.cells[*id].changed_run == self.session.run;
                 let same = |id: &CellId| self.cells[*id].items.last() == cell.items.last();
-                let mut producers = cell.producers.iter().copied().filter(changed);
+                let mut producers = self.turns[id].producers.iter().copied().filter(changed);
                 let upstream = producers.clone().find(same).or_else(|| producers.next());
                 let upstream = upstream.map(|id| self.cells[id].name.clone());
                 let text = format!("its item `{}` is new", cell.items.join("/"));
-                Reason::Told(Cause { text, place: here().filter(|_| upstream.is_none()), upstream })
+                Reason::told(Cause { text, place: here().filter(|_| upstream.is_none()), upstream })
             }
             Reason::Forgotten => match self.changed_sibling(id) {
                 Some(path) => told("a file that it reads beside its own changed".into(), Some(path)),
@@ -100,6 +100,11 @@ impl Engine {
             Reason::Input(link, _) => self.input_reason(id, link),
             other => other,
         }
+    }
+
+    /// What an earlier process knew of a node of the plan.
+    fn known_node(&self, plan: usize) -> Option<&NodeRecord> {
+        if self.session.nodes.is_empty() { None } else { self.session.nodes.get(&self.plan.nodes[plan].path) }
     }
 
     /// What became of a cell's kind and version.
@@ -135,13 +140,14 @@ impl Engine {
     /// Why an input differs: another connection, the producer whose result changed, or items that are gone.
     fn input_reason(&self, id: CellId, link: usize) -> Reason {
         let cell = &self.cells[id];
-        let plan = &self.plan.nodes[cell.plan];
         let port = cell.links[link].port.name;
-        let input = plan.inputs.iter().find(|input| input.port.name == port);
-        let known = self.session.nodes.get(&plan.path);
+        let input = || self.plan.nodes[cell.plan].inputs.iter().find(|input| input.port.name == port);
+        let known = self.known_node(cell.plan);
         let told =
-            |text: String| Reason::Told(Cause { text, place: input.map(|input| input.place.text()), upstream: None });
-        if let (Some(input), Some(was)) = (input, known.and_then(|known| known.inputs.get(port))) {
+            |text: String| Reason::told(Cause { text, place: input().map(|input| input.place.text()), upstream: None });
+        if let Some(was) = known.and_then(|known| known.inputs.get(port))
+            && let Some(input) = input()
+        {
             let now = sources(input);
             if now != *was {
                 return told(format!(
@@ -221,7 +227,7 @@ impl Engine {
         let here = Some(plan.place.text());
         let plain = |text: String, place: Option<String>| Cause { text, place, upstream: None };
         match reason {
-            Reason::Told(cause) => cause.clone(),
+            Reason::Told(cause) => Cause::clone(cause),
             Reason::New => plain("it is new".into(), here),
             Reason::Forgotten => plain("the store no longer holds its result".into(), None),
             Reason::Added(label) => plain(format!("{label} was added"), here),

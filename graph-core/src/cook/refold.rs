@@ -31,15 +31,16 @@ impl Engine {
         self.carry();
         // A file that goes and comes again is a new one.
         self.good.retain(|path, _| path.exists());
+        self.turns.clear();
         for cell in std::mem::take(&mut self.cells) {
             if let Some(slots) = cell.slots().cloned() {
-                let (key, changed_run, again_s) = (cell.made.key, cell.changed_run, cell.again_s);
+                let (key, changed_run, again_s) = (cell.key(), cell.changed_run, cell.again_s);
                 self.stood.insert(cell.name, Stood { key, slots, changed_run, again_s });
             }
         }
         self.of_plan.iter_mut().for_each(Vec::clear);
         (self.directory, self.known_items, self.lost_lists) = (Directory::new(), KnownItems::new(), LostLists::new());
-        self.ready.clear();
+        self.line.clear();
         self.tasks.clear();
         self.making.clear();
         self.twins.clear();

@@ -1,6 +1,6 @@
 //! What comes back from the pool: results and troubles of jobs, and the tasks that they end or start anew.
 
-use super::cell::{CellId, Made, SlotSet, Slots, State};
+use super::cell::{CellId, Inputs, Made, SlotSet, Slots, State};
 use super::engine::Engine;
 use super::event::Event;
 use super::job::{BlockResult, Finished, JobError};
@@ -135,9 +135,31 @@ impl Engine {
         finished: Finished,
         blocks: (usize, usize),
     ) {
-        self.summary.cooked += 1;
         self.summary.blocks_cooked += blocks.0;
         self.summary.blocks_cached += blocks.1;
+        let slots = self.note_cooked(id, reason, finished, blocks);
+        self.done(id, made, slots);
+        self.publish(id);
+    }
+
+    /// A plain cell was computed.
+    pub(super) fn plainly_cooked(&mut self, id: CellId, inputs: Inputs, reason: Reason, finished: Finished) {
+        let slots = self.note_cooked(id, reason, finished, (0, 0));
+        let cell = &mut self.cells[id];
+        let changed =
+            cell.slots().is_none_or(|seen| !seen.iter().map(SlotSet::digest).eq(slots.iter().map(SlotSet::digest)));
+        if changed {
+            cell.changed_run = self.session.run;
+        }
+        cell.made.inputs = inputs;
+        cell.plainly_made = true;
+        cell.state = State::Done(slots);
+        self.settle(id, changed);
+    }
+
+    /// Notes that a cell was computed, and why, and tells so. What stands on its outputs.
+    fn note_cooked(&mut self, id: CellId, reason: Reason, finished: Finished, blocks: (usize, usize)) -> Slots {
+        self.summary.cooked += 1;
         let cell = &mut self.cells[id];
         cell.cooked = Some((self.session.run, reason));
         (cell.seconds, cell.again_s, cell.reads) = (finished.seconds, finished.again_s, finished.reads);
@@ -150,8 +172,7 @@ impl Engine {
             blocks_cached: blocks.1,
             outputs: cell.card.outputs.iter().zip(&*finished.slots).map(outline).collect(),
         });
-        self.done(id, made, finished.slots);
-        self.publish(id);
+        finished.slots
     }
 
     fn wake(&mut self, waiters: Vec<CellId>) {
@@ -216,7 +237,7 @@ impl Engine {
 /// An output in one line, by its port.
 fn outline((port, set): (&PortFacts, &SlotSet)) -> (String, String) {
     let line = match set {
-        SlotSet::One(slot) => slot.record.summary.clone(),
+        SlotSet::One(slot) => slot.record().summary.clone(),
         SlotSet::List(items) => {
             let names: Vec<String> = items.keys().cloned().collect();
             format!("{} items: {}", items.len(), super::cell::some_of(&names))
@@ -231,7 +252,7 @@ fn take_over(known: &Slots, made: &Slots) -> bool {
         let (ours, theirs) = (set.slots(), other.slots());
         ours.len() == theirs.len()
             && ours.iter().zip(theirs).all(|(ours, theirs)| {
-                let same = ours.record.digest == theirs.record.digest;
+                let same = ours.digest == theirs.digest;
                 if same && !Arc::ptr_eq(ours, theirs) {
                     ours.take_from(theirs);
                 }

@@ -73,7 +73,13 @@ pub(crate) enum Reason {
     /// Its input at this position differs, since the producer gave another result; none where only the connection differs.
     Input(usize, Option<CellId>),
     /// As it was told when it was found, or by an earlier process.
-    Told(Cause),
+    Told(Box<Cause>),
+}
+
+impl Reason {
+    pub fn told(cause: Cause) -> Self {
+        Self::Told(Box::new(cause))
+    }
 }
 
 /// Why a cell was computed: the first part of its key that differed.
@@ -138,12 +144,12 @@ impl Engine {
 
     fn record(&self, id: CellId) -> CellRecord {
         let cell = &self.cells[id];
-        let settings = cell.made.settings.iter().flat_map(|settings| &settings.parts);
+        let settings = cell.made_settings().into_iter().flat_map(|settings| &settings.parts);
         let mut parts: Vec<_> = settings.map(|part| (part.label.clone(), short(&part.digest))).collect();
         parts.extend(cell.made.file.iter().map(|file| ("file".to_owned(), short(file))));
         parts.extend(cell.links.iter().zip(&cell.made.inputs).map(|(link, digest)| (link.label(), short(digest))));
         CellRecord {
-            key: cell.made.key,
+            key: cell.key(),
             parts,
             action: cell.action(),
             block_keys: cell.made.block_keys.clone(),

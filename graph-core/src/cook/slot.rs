@@ -4,8 +4,8 @@ use super::memory::Memory;
 use crate::store::{Pack, PackWriter, Store, ValueRecord};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use wire::{Digest, Value, ValueKind};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use wire::{Digest, FrameAxis, Value, ValueKind};
 
 /// One block as it came out of a computation.
 #[derive(Debug, Clone)]
@@ -54,14 +54,46 @@ const ABSENT: u8 = 2;
 /// On its way into the store; until it is there, its pack stays in memory.
 const ON_ITS_WAY: u8 = 3;
 
+/// Where a value is held in memory.
+type Place = Mutex<Option<Arc<dyn Value>>>;
+
+/// The places of a value's blocks, and of the whole where that is more than one.
+#[derive(Debug)]
+enum Places {
+    One(Place),
+    Many { blocks: Vec<Place>, whole: Box<Place> },
+}
+
+impl Places {
+    fn blocks(&self) -> &[Place] {
+        match self {
+            Self::One(one) => std::slice::from_ref(one),
+            Self::Many { blocks, .. } => blocks,
+        }
+    }
+
+    fn whole(&self) -> &Place {
+        match self {
+            Self::One(one) => one,
+            Self::Many { whole, .. } => whole,
+        }
+    }
+}
+
 /// A value of a finished cell.
 #[derive(Debug)]
 pub(crate) struct Slot {
     pub kind: ValueKind,
-    pub record: ValueRecord,
+    /// Digest of the whole value.
+    pub digest: Digest,
+    /// Frame axis of a time-varying value.
+    pub axis: Option<FrameAxis>,
+    /// Bytes of its encoding.
+    pub bytes: u64,
+    /// The whole record; of a single block that is in memory only once somebody asks for it.
+    record: OnceLock<Box<ValueRecord>>,
     block_frames: usize,
-    blocks: Vec<Mutex<Option<Arc<dyn Value>>>>,
-    whole: Mutex<Option<Arc<dyn Value>>>,
+    places: Places,
     pack: Mutex<Option<Pack>>,
     stored: AtomicU8,
     memory: Arc<Memory>,
@@ -74,14 +106,61 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 impl Slot {
     /// A value of which only the record is known.
     pub fn known(kind: ValueKind, record: ValueRecord, block_frames: usize, memory: &Arc<Memory>) -> Self {
-        let blocks = record.blocks.iter().map(|_| Mutex::new(None)).collect();
-        let (whole, pack) = (Mutex::new(None), Mutex::new(None));
-        let (stored, memory) = (AtomicU8::new(UNKNOWN), Arc::clone(memory));
-        Self { kind, record, block_frames, blocks, whole, pack, stored, memory }
+        let places = if record.blocks.len() == 1 {
+            Places::One(Place::default())
+        } else {
+            let blocks = record.blocks.iter().map(|_| Place::default()).collect();
+            Places::Many { blocks, whole: Box::default() }
+        };
+        let (digest, axis, bytes) = (record.digest, record.axis, record.bytes);
+        let (pack, stored, memory) = (Mutex::new(None), AtomicU8::new(UNKNOWN), Arc::clone(memory));
+        let record = OnceLock::from(Box::new(record));
+        Self { kind, digest, axis, bytes, record, block_frames, places, pack, stored, memory }
+    }
+
+    /// A value of one block, in memory, whose encoding has this digest and so many bytes.
+    pub fn of_one(
+        value: Arc<dyn Value>,
+        (digest, bytes): (Digest, u64),
+        block_frames: usize,
+        memory: &Arc<Memory>,
+    ) -> Self {
+        memory.take(value.size());
+        Self {
+            kind: value.kind(),
+            digest,
+            axis: value.axis(),
+            bytes,
+            record: OnceLock::new(),
+            block_frames,
+            places: Places::One(Mutex::new(Some(value))),
+            pack: Mutex::new(None),
+            stored: AtomicU8::new(UNKNOWN),
+            memory: Arc::clone(memory),
+        }
+    }
+
+    /// What is known of the value without having it in memory.
+    pub fn record(&self) -> &ValueRecord {
+        // The value stays in memory until its record is made (`release`).
+        self.record.get_or_init(|| {
+            let summary = lock(&self.places.blocks()[0]).as_ref().map(|value| value.summary()).unwrap_or_default();
+            let (digest, axis, bytes) = (self.digest, self.axis, self.bytes);
+            Box::new(ValueRecord { digest, axis, blocks: vec![digest], summary, bytes })
+        })
+    }
+
+    /// The value, where it is one block and in memory.
+    #[inline]
+    pub fn in_memory(&self) -> Option<Arc<dyn Value>> {
+        match &self.places {
+            Places::One(place) => lock(place).clone(),
+            Places::Many { .. } => None,
+        }
     }
 
     /// Puts a value into memory in place of what was there, or takes it out.
-    fn place(&self, place: &Mutex<Option<Arc<dyn Value>>>, value: Option<Arc<dyn Value>>) {
+    fn place(&self, place: &Place, value: Option<Arc<dyn Value>>) {
         let bytes = |value: &Option<Arc<dyn Value>>| value.as_ref().map_or(0, |value| value.size());
         self.memory.take(bytes(&value));
         let before = std::mem::replace(&mut *lock(place), value);
@@ -90,17 +169,12 @@ impl Slot {
 
     /// Puts a computed block into memory.
     pub fn hold(&self, block: usize, value: Arc<dyn Value>) {
-        self.place(&self.blocks[block], Some(value));
-    }
-
-    /// Puts the whole value into memory.
-    pub fn hold_whole(&self, value: Arc<dyn Value>) {
-        self.place(&self.whole, Some(value));
+        self.place(&self.places.blocks()[block], Some(value));
     }
 
     /// Takes the values that an equal slot holds in memory.
     pub fn take_from(&self, other: &Self) {
-        for (mine, theirs) in self.blocks.iter().zip(&other.blocks) {
+        for (mine, theirs) in self.places.blocks().iter().zip(other.places.blocks()) {
             let value = lock(theirs).as_ref().map(Arc::clone);
             if value.is_some() {
                 self.place(mine, value);
@@ -113,10 +187,15 @@ impl Slot {
 
     /// Lets go of everything in memory, but for a pack that is on its way into the store.
     pub fn release(&self) {
-        for block in &self.blocks {
+        self.record();
+        self.empty();
+    }
+
+    fn empty(&self) {
+        for block in self.places.blocks() {
             self.place(block, None);
         }
-        self.place(&self.whole, None);
+        self.place(self.places.whole(), None);
         let mut pack = lock(&self.pack);
         if self.stored.load(Ordering::SeqCst) != ON_ITS_WAY {
             *pack = None;
@@ -149,7 +228,7 @@ impl Slot {
 
     /// The blocks that hold the given frames, or all of them.
     pub fn blocks_of(&self, frames: Option<&Range<usize>>) -> Range<usize> {
-        match (frames, self.record.blocks.len()) {
+        match (frames, self.places.blocks().len()) {
             (Some(frames), count) if count > 1 => {
                 frames.start / self.block_frames..frames.end.div_ceil(self.block_frames).min(count)
             }
@@ -160,31 +239,33 @@ impl Slot {
     /// The blocks among `blocks` that would have to be computed again.
     pub fn absent(&self, store: &Store, blocks: Range<usize>) -> Vec<usize> {
         if self.stored.load(Ordering::Relaxed) == UNKNOWN {
-            let state = if store.has_pack(&self.record.digest) { STORED } else { ABSENT };
+            let state = if store.has_pack(&self.digest) { STORED } else { ABSENT };
             self.stored.store(state, Ordering::Relaxed);
         }
-        if self.is_stored() || lock(&self.whole).is_some() {
+        if self.is_stored() || lock(self.places.whole()).is_some() {
             return Vec::new();
         }
-        blocks.filter(|block| lock(&self.blocks[*block]).is_none()).collect()
+        blocks.filter(|block| lock(&self.places.blocks()[*block]).is_none()).collect()
     }
 
     /// Whether the value is in memory, or known to be in the store.
     pub fn at_hand(&self) -> bool {
-        self.is_stored() || lock(&self.whole).is_some() || self.blocks.iter().all(|block| lock(block).is_some())
+        self.is_stored()
+            || lock(self.places.whole()).is_some()
+            || self.places.blocks().iter().all(|block| lock(block).is_some())
     }
 
     /// The encoding of a block from the store, verified.
     pub fn encoding(&self, store: &Store, block: usize) -> Result<Vec<u8>, Absent> {
         let mut pack = lock(&self.pack);
         if pack.is_none() {
-            *pack = store.pack(&self.kind, &self.record.digest).map_err(|_| self.lost(true))?;
+            *pack = store.pack(&self.kind, &self.digest).map_err(|_| self.lost(true))?;
         }
         let Some(open) = pack.as_ref() else { return Err(self.lost(false)) };
         if let Some(bytes) = open.block(&self.kind, block) {
             return Ok(bytes.to_vec());
         }
-        store.drop_pack(&self.record.digest);
+        store.drop_pack(&self.digest);
         *pack = None;
         Err(self.lost(true))
     }
@@ -195,7 +276,7 @@ impl Slot {
     }
 
     fn block(&self, store: &Store, block: usize) -> Result<Arc<dyn Value>, Absent> {
-        if let Some(value) = lock(&self.blocks[block]).as_ref() {
+        if let Some(value) = lock(&self.places.blocks()[block]).as_ref() {
             return Ok(Arc::clone(value));
         }
         let encoding = self.encoding(store, block)?;
@@ -206,21 +287,22 @@ impl Slot {
 
     /// The whole value.
     pub fn whole(&self, store: &Store) -> Result<Arc<dyn Value>, Absent> {
-        if let Some(value) = lock(&self.whole).as_ref() {
+        if let Places::One(_) = &self.places {
+            return self.block(store, 0);
+        }
+        if let Some(value) = lock(self.places.whole()).as_ref() {
             return Ok(Arc::clone(value));
         }
-        let blocks = (0..self.blocks.len()).map(|block| self.block(store, block)).collect::<Result<Vec<_>, _>>()?;
-        let value = match blocks.as_slice() {
-            [one] => Arc::clone(one),
-            many => (self.kind.join)(many).map_err(|_| self.lost(true))?,
-        };
-        self.hold_whole(Arc::clone(&value));
+        let blocks =
+            (0..self.places.blocks().len()).map(|block| self.block(store, block)).collect::<Result<Vec<_>, _>>()?;
+        let value = (self.kind.join)(&blocks).map_err(|_| self.lost(true))?;
+        self.place(self.places.whole(), Some(Arc::clone(&value)));
         Ok(value)
     }
 
     /// The frames at positions `frames`.
     pub fn frames(&self, store: &Store, frames: &Range<usize>) -> Result<Arc<dyn Value>, Absent> {
-        let whole = lock(&self.whole).as_ref().map(Arc::clone);
+        let whole = lock(self.places.whole()).as_ref().map(Arc::clone);
         let (value, first) = if let Some(whole) = whole {
             (whole, 0)
         } else {
@@ -243,7 +325,7 @@ impl Slot {
 
 impl Drop for Slot {
     fn drop(&mut self) {
-        self.release();
+        self.empty();
     }
 }
 

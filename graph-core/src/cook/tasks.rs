@@ -141,7 +141,7 @@ impl Engine {
     /// Seconds to have a cell's inputs again, where they are not kept: at least those of the dearest. (What several of them
     /// share would be counted twice in a sum.)
     pub(super) fn before_s(&self, id: CellId) -> f64 {
-        self.cells[id].producers.iter().map(|producer| self.cells[*producer].again_s).fold(0.0, f64::max)
+        self.turns[id].producers.iter().map(|producer| self.cells[*producer].again_s).fold(0.0, f64::max)
     }
 
     /// Whether a value that a whole cell needs is neither in memory nor known to be in the store.
@@ -286,7 +286,7 @@ impl Engine {
             card: Arc::clone(&cell.card),
             name: cell.name.clone(),
             item: cell.item().to_owned(),
-            key: task.fresh.as_ref().map_or(cell.made.key, |(made, _)| made.key),
+            key: task.fresh.as_ref().map_or_else(|| cell.key(), |(made, _)| made.key),
             base_key: cell.base_key,
             file: cell.file.clone(),
             content: task.fresh.as_ref().map_or(cell.made.file, |(made, _)| made.file),

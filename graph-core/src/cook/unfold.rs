@@ -6,6 +6,7 @@ use super::cell::{
 use super::engine::Engine;
 use super::event::Event;
 use super::key::frame_of;
+use super::turn::{Few, Turn};
 use crate::document::Spanned;
 use crate::plan::{OriginId, PlanNode, PlanSource, make};
 use std::collections::BTreeMap;
@@ -137,21 +138,16 @@ impl Engine {
             writes: node.writes.clone(),
             links: Vec::with_capacity(node.inputs.len()),
             broken: None,
-            producers: Vec::new(),
-            consumers: Vec::new(),
-            pending: 0,
-            settled: false,
-            dirty: true,
-            queued: false,
+            plain: None,
             state: State::Waiting,
             made: Made::default(),
+            plainly_made: false,
             base_key: Digest::default(),
             cooked: None,
             changed_run: 0,
             seconds: 0.0,
             reads: Vec::new(),
             again_s: 0.0,
-            open_consumers: 0,
             items,
         };
         match made {
@@ -172,7 +168,7 @@ impl Engine {
             let file = self.known_items.get(&(*origin, outer)).and_then(|files| files.get(&cell.items[depth]));
             cell.file = file.cloned().flatten();
         }
-        let mut producers = Vec::new();
+        let mut producers = Few::new();
         for input in &node.inputs {
             let mut link = Link { port: input.port, wires: Vec::new() };
             let gathers = input.port.list.then_some(input.sources.len() > 1);
@@ -194,14 +190,17 @@ impl Engine {
         producers.extend(cell.links.iter().flat_map(|link| &link.wires).map(|wire| wire.cell));
         producers.sort_unstable();
         producers.dedup();
+        let mut turn = Turn { plan: index as u32, dirty: true, ..Turn::default() };
         for producer in &producers {
-            let producer = &mut self.cells[*producer];
+            let producer = &mut self.turns[*producer];
             producer.consumers.push(id);
             producer.open_consumers += 1;
-            cell.pending += usize::from(!producer.settled);
+            turn.pending += u32::from(!producer.settled);
         }
-        cell.producers = producers;
-        let (items, pending) = (cell.items.clone(), cell.pending);
+        turn.producers = producers;
+        cell.plain = self.plain(&cell);
+        let (items, pending) = (cell.items.clone(), turn.pending);
+        self.turns.push(turn);
         self.cells.push(cell);
         self.of_plan[index].push(id);
         self.directory.insert((index, items), id);

@@ -114,7 +114,7 @@ fn carry_out(orders: &Receiver<Order>, store: &Store, state: &State) {
 impl Order {
     fn carry_out(&self, store: &Store) -> Result<(), StoreError> {
         match self {
-            Self::Value(slot, pack) => store.put_pack(&slot.record.digest, pack),
+            Self::Value(slot, pack) => store.put_pack(&slot.digest, pack),
             Self::Action(key, action) => {
                 store.put_action(key, action)?;
                 store.drop_checkpoints(key);

@@ -1,6 +1,7 @@
 //! The values a node computes from, and those it gives back.
 
 use super::{NodeError, Port};
+use smallvec::SmallVec;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,8 +19,11 @@ pub enum PortValue {
 /// The values on a node's inputs.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
-    ports: Vec<(Cow<'static, str>, PortValue)>,
+    ports: Ports<2>,
 }
+
+/// Ports by their names; as many as most nodes have are held in place.
+type Ports<const N: usize> = SmallVec<[(Cow<'static, str>, PortValue); N]>;
 
 /// What stands on the port `name`.
 fn on<'a>(ports: &'a [(Cow<'static, str>, PortValue)], name: &str) -> Option<&'a PortValue> {
@@ -28,7 +32,7 @@ fn on<'a>(ports: &'a [(Cow<'static, str>, PortValue)], name: &str) -> Option<&'a
 }
 
 /// Puts a value on a port, in place of what stood there.
-fn put(ports: &mut Vec<(Cow<'static, str>, PortValue)>, name: Cow<'static, str>, value: PortValue) {
+fn put<const N: usize>(ports: &mut Ports<N>, name: Cow<'static, str>, value: PortValue) {
     match ports.iter_mut().find(|(port, _)| *port == name) {
         Some((_, place)) => *place = value,
         None => ports.push((name, value)),
@@ -36,6 +40,11 @@ fn put(ports: &mut Vec<(Cow<'static, str>, PortValue)>, name: Cow<'static, str>,
 }
 
 impl Inputs {
+    /// Puts a value on the port `name`, on which nothing stands so far.
+    pub(crate) fn add(&mut self, name: &'static str, value: PortValue) {
+        self.ports.push((name.into(), value));
+    }
+
     /// Puts a value on the port `name` (the engine and tests do).
     pub fn set(&mut self, name: impl Into<Cow<'static, str>>, value: PortValue) {
         put(&mut self.ports, name.into(), value);
@@ -105,7 +114,7 @@ fn typed<'a, T: Data>(port: &Port<T>, value: &'a Arc<dyn Value>) -> Result<&'a T
 /// The values on a node's outputs.
 #[derive(Debug, Clone, Default)]
 pub struct Outputs {
-    ports: Vec<(Cow<'static, str>, PortValue)>,
+    ports: Ports<1>,
 }
 
 impl Outputs {

@@ -10,7 +10,7 @@ use crate::document::{
 use crate::files::Pattern;
 use crate::node::{Card, Kinds, Node, PortFacts, type_text};
 use petgraph::graph::{DiGraph, NodeIndex};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -84,6 +84,15 @@ pub(super) fn types(loader: &mut Loader, wires: &Wires) {
     }
 }
 
+/// The first card of `kind`, where this one is equal to it.
+fn shared(cards: &mut HashMap<String, Arc<Card>>, kind: &str, card: &Arc<Card>) -> Arc<Card> {
+    match cards.get(kind) {
+        Some(first) if first == card => Arc::clone(first),
+        Some(_) => Arc::clone(card),
+        None => Arc::clone(cards.entry(kind.to_owned()).or_insert_with(|| Arc::clone(card))),
+    }
+}
+
 /// The plan, in the order of `scoped`; mistakes are reported and give `None`.
 pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Option<Plan> {
     for node in &scoped.order {
@@ -96,6 +105,8 @@ pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Op
     for (place, node) in scoped.order.iter().enumerate() {
         position[*node] = place;
     }
+    // Nodes of a kind mostly have equal cards, and share one.
+    let mut cards: HashMap<String, Arc<Card>> = HashMap::new();
     let mut nodes = Vec::with_capacity(scoped.order.len());
     let mut graph = DiGraph::with_capacity(scoped.order.len(), scoped.order.len() * 2);
     for raw in &scoped.order {
@@ -119,7 +130,7 @@ pub(super) fn assemble(loader: &mut Loader, wires: &Wires, scoped: Scoped) -> Op
             place: Place { source, span: loader.entry(*raw).name_span },
             kind: node.kind.value.clone(),
             node: Arc::clone(&node.made.node),
-            card: Arc::clone(&node.made.card),
+            card: shared(&mut cards, &node.kind.value, &node.made.card),
             scope: scoped.scope[*raw].clone(),
             inputs,
             reads: node.made.reads.clone(),
