@@ -65,7 +65,7 @@ fn real_takes_write_back_bit_for_bit() {
             if unit == LengthUnit::Millimetre && path.ends_with("INT.C3D") {
                 continue;
             }
-            let again = c3d::read(&c3d::write(&markers, unit).unwrap()).unwrap();
+            let again = c3d::read(&c3d::write(&markers, unit, c3d::Flavour::PLAIN).unwrap()).unwrap();
             assert_eq!(again.names(), markers.names());
             assert_eq!(again.frame_axis(), markers.frame_axis());
             assert!(bits(&again) == bits(&markers), "{path} in {unit}");
@@ -77,7 +77,7 @@ fn real_takes_write_back_bit_for_bit() {
 fn damage_is_named_with_its_place() {
     assert!(matches!(c3d::read(&[]), Err(ReadError::C3d(C3dError::Empty))));
     assert!(matches!(c3d::read(b"not a C3D file"), Err(ReadError::C3d(C3dError::NoC3d { found: b'o' }))));
-    let whole = c3d::write(&sample(30), LengthUnit::Millimetre).unwrap();
+    let whole = c3d::write(&sample(30), LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
     let cut = c3d::read(&whole[..1100]).unwrap_err();
     let ReadError::C3d(C3dError::ShortFrames { frame, frames, begins, have, .. }) = &cut else { panic!("{cut}") };
     assert_eq!((*frame, *frames, *begins, *have), (3, 30, 1088, 1100));
@@ -93,7 +93,7 @@ fn takes_longer_than_16_bits_count_keep_all_frames() {
     let axis = FrameAxis { first: 70_000, count: 66_000, rate_hz: 119.88 };
     let points = (0..66_000).map(|t| Vec3::new(0.0, t as f32 * 1e-3, 1.0)).collect();
     let long = Markers::new(axis, vec!["chin".into()], points).unwrap();
-    let bytes = c3d::write(&long, LengthUnit::Metre).unwrap();
+    let bytes = c3d::write(&long, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap();
     let again = c3d::read(&bytes).unwrap();
     assert_eq!(again.frame_axis(), axis);
     assert!(bits(&again) == bits(&long));
@@ -112,7 +112,7 @@ fn takes_longer_than_16_bits_count_keep_all_frames() {
 #[test]
 fn a_field_left_behind_is_outvoted_or_refused() {
     let markers = sample(50);
-    let whole = c3d::write(&markers, LengthUnit::Metre).unwrap();
+    let whole = c3d::write(&markers, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap();
     let value = |name: &[u8], ahead: usize| {
         whole.windows(name.len()).position(|window| window == name).unwrap() + name.len() + ahead
     };
@@ -145,11 +145,31 @@ fn many_labels_missing_points_and_no_points_round_trip() {
     let names: Vec<String> = (0..700).map(|index| format!("marker_{index:03}")).collect();
     let points = (0..1400).map(|i| if i % 7 == 0 { Vec3::NAN } else { Vec3::splat(i as f32) }).collect();
     let many = Markers::new(FrameAxis { first: 1, count: 2, rate_hz: 60.0 }, names, points).unwrap();
-    let again = c3d::read(&c3d::write(&many, LengthUnit::Centimetre).unwrap()).unwrap();
+    let again = c3d::read(&c3d::write(&many, LengthUnit::Centimetre, c3d::Flavour::PLAIN).unwrap()).unwrap();
     assert_eq!((again.names(), again.missing()), (many.names(), 200));
     let none = Markers::new(FrameAxis { first: 1, count: 0, rate_hz: 60.0 }, Vec::new(), Vec::new()).unwrap();
-    let again = c3d::read(&c3d::write(&none, LengthUnit::Metre).unwrap()).unwrap();
+    let again = c3d::read(&c3d::write(&none, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap()).unwrap();
     assert_eq!((again.names().len(), again.frames()), (0, 0));
+}
+
+fn flavours() -> impl Iterator<Item = c3d::Flavour> {
+    [Processor::Intel, Processor::Dec, Processor::Mips]
+        .into_iter()
+        .flat_map(|processor| [false, true].map(|integers| c3d::Flavour { processor, integers }))
+}
+
+#[test]
+fn a_coordinate_that_a_flavour_cannot_hold_is_refused() {
+    let far = Markers::new(FrameAxis::new(1, 60.0), vec!["chin".into()], vec![Vec3::splat(3e38)]).unwrap();
+    for flavour in flavours() {
+        let written = c3d::write(&far, LengthUnit::Metre, flavour);
+        match flavour {
+            c3d::Flavour { processor: Processor::Dec, integers: false } => {
+                assert!(written.unwrap_err().to_string().contains("coordinate"));
+            }
+            _ => assert_eq!(c3d::read(&written.unwrap()).unwrap().missing(), 0, "{flavour:?}"),
+        }
+    }
 }
 
 fn bits(markers: &Markers) -> Vec<[u32; 3]> {
@@ -168,7 +188,7 @@ proptest! {
 
     #[test]
     fn no_damage_panics(at in 0_usize..2000, value: u8, end in 0_usize..2000) {
-        let mut bytes = c3d::write(&sample(20), LengthUnit::Millimetre).unwrap();
+        let mut bytes = c3d::write(&sample(20), LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
         let length = bytes.len();
         bytes[at % length] = value;
         let _ = c3d::read(&bytes);
@@ -177,7 +197,7 @@ proptest! {
 
     #[test]
     fn no_parameter_section_panics(noise in proptest::collection::vec(any::<u8>(), 600), processor in 84_u8..87) {
-        let mut bytes = c3d::write(&sample(4), LengthUnit::Millimetre).unwrap();
+        let mut bytes = c3d::write(&sample(4), LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
         let end = bytes.len().min(516 + noise.len());
         bytes[516..end].copy_from_slice(&noise[..end - 516]);
         bytes[515] = processor;
@@ -193,8 +213,38 @@ proptest! {
             points.iter().map(|(x, y, z, there)| if *there { Vec3::new(*x, *y, *z) } else { Vec3::NAN }).collect();
         let axis = FrameAxis { first, count: positions.len(), rate_hz: 59.94 };
         let markers = Markers::new(axis, vec!["a".into()], positions).unwrap();
-        let again = c3d::read(&c3d::write(&markers, LengthUnit::Metre).unwrap()).unwrap();
+        let again = c3d::read(&c3d::write(&markers, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap()).unwrap();
         prop_assert_eq!(again.frame_axis(), axis);
         prop_assert_eq!(bits(&again), bits(&markers));
+    }
+
+    #[test]
+    fn every_flavour_writes_what_it_says_and_reads_back(
+        points in proptest::collection::vec((-2.0_f32..2.0, -2.0_f32..2.0, -2.0_f32..2.0, any::<bool>()), 2..60),
+        first in 0_i64..100_000,
+        rate_hz in 1.0_f32..500.0,
+    ) {
+        let positions: Vec<_> =
+            points.iter().map(|(x, y, z, there)| if *there { Vec3::new(*x, *y, *z) } else { Vec3::NAN }).collect();
+        let axis = FrameAxis { first, count: positions.len(), rate_hz: f64::from(rate_hz) };
+        let markers = Markers::new(axis, vec!["chin".into()], positions).unwrap();
+        let largest = markers.positions().iter().filter(|point| !point.is_nan()).map(|point| point.abs().max_element());
+        let step = largest.fold(0.0, f32::max) / 32_767.0;
+        for flavour in flavours() {
+            let take = c3d::read_take(&c3d::write(&markers, LengthUnit::Metre, flavour).unwrap()).unwrap();
+            prop_assert_eq!(take.processor, flavour.processor);
+            prop_assert_eq!(matches!(take.storage, Storage::Integer { .. }), flavour.integers);
+            prop_assert_eq!((take.markers.names(), take.unit), (markers.names(), LengthUnit::Metre));
+            let read = take.markers.frame_axis();
+            prop_assert_eq!((read.first, read.count, read.rate_hz as f32), (axis.first, axis.count, rate_hz));
+            if flavour.integers {
+                for (a, b) in take.markers.positions().iter().zip(markers.positions()) {
+                    prop_assert_eq!(a.is_nan(), b.is_nan());
+                    prop_assert!(a.is_nan() || (*a - *b).abs().max_element() <= 0.501 * step);
+                }
+            } else {
+                prop_assert_eq!(bits(&take.markers), bits(&markers));
+            }
+        }
     }
 }

@@ -21,7 +21,7 @@ fn markers_are_counted_and_measured_in_metres() {
     let axis = FrameAxis { first: 3, count: 2, rate_hz: 59.94 };
     let points = vec![Vec3::new(-1.0, 0.0, 2.0), Vec3::NAN, Vec3::new(3.0, 0.5, 2.0), Vec3::new(1.0, 1.0, 5.0)];
     let markers = Markers::new(axis, vec!["a".into(), "b".into()], points).unwrap();
-    let file = c3d::write(&markers, LengthUnit::Millimetre).unwrap();
+    let file = c3d::write(&markers, LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
     let facts = inspect("take.c3d", &file, &mut no_sibling).unwrap();
     let json: Value = serde_json::to_value(&facts).unwrap();
     assert_eq!(json["kind"], "markers");

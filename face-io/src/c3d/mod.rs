@@ -1,10 +1,11 @@
-//! C3D: what motion capture systems write. Reads every flavour of it, writes the plainest.
+//! C3D: what motion capture systems write. Reads and writes every flavour of it.
 //!
 //! A file is a header block, parameter blocks and frames; numbers come in the formats of three processors
 //! ([`Processor`]), coordinates as integers or reals ([`Storage`]). Sources: the C3D user guide (c3d.org) for the
 //! layout, and for what real files do beyond it, the files themselves.
 
 mod error;
+mod fields;
 mod layout;
 mod numbers;
 mod parameters;
@@ -13,7 +14,7 @@ mod write;
 pub use error::C3dError;
 pub use layout::Storage;
 pub use numbers::Processor;
-pub use write::write;
+pub use write::{Flavour, write};
 
 use crate::ReadError;
 use crate::markers::{Format, MarkerFile, unique};

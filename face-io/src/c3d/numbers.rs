@@ -33,6 +33,14 @@ impl Processor {
         }
     }
 
+    pub(super) const fn byte(self) -> u8 {
+        match self {
+            Self::Intel => 84,
+            Self::Dec => 85,
+            Self::Mips => 86,
+        }
+    }
+
     pub(super) fn u16(self, bytes: [u8; 2]) -> u16 {
         match self {
             Self::Intel | Self::Dec => u16::from_le_bytes(bytes),
@@ -45,6 +53,22 @@ impl Processor {
             Self::Intel => f32::from_le_bytes(bytes),
             Self::Mips => f32::from_be_bytes(bytes),
             Self::Dec => vax_float(bytes),
+        }
+    }
+
+    pub(super) fn u16_bytes(self, number: u16) -> [u8; 2] {
+        match self {
+            Self::Intel | Self::Dec => number.to_le_bytes(),
+            Self::Mips => number.to_be_bytes(),
+        }
+    }
+
+    /// `None` for what the format cannot hold.
+    pub(super) fn f32_bytes(self, number: f32) -> Option<[u8; 4]> {
+        match self {
+            Self::Intel => Some(number.to_le_bytes()),
+            Self::Mips => Some(number.to_be_bytes()),
+            Self::Dec => vax_bytes(number),
         }
     }
 }
@@ -65,6 +89,21 @@ pub(super) fn vax_float(bytes: [u8; 4]) -> f32 {
     let mantissa = f64::from(bits & 0x007f_ffff | 0x0080_0000);
     let magnitude = (mantissa * f64::from(exponent - 152).exp2()) as f32;
     if negative { -magnitude } else { magnitude }
+}
+
+/// A number as VAX F float (see [`vax_float`]). What lies below its range, 2^-128, is zero; `None` for what lies above it, from
+/// 2^127 on, and for what is no number.
+fn vax_bytes(number: f32) -> Option<[u8; 4]> {
+    // Double precision holds every single-precision number in its normal form: ±(2^52 + f) · 2^(e - 1075).
+    let bits = f64::from(number).to_bits();
+    let exponent = (bits >> 52 & 0x7ff).cast_signed() - 1023 + 129;
+    let bits = match exponent {
+        ..1 => 0,
+        1..256 => (bits >> 63 << 31) as u32 | (exponent as u32) << 23 | (bits >> 29 & 0x007f_ffff) as u32,
+        _ => return None,
+    };
+    // The high word comes first.
+    Some(bits.rotate_left(16).to_le_bytes())
 }
 
 /// The bytes of a file together with the way to read numbers from them.
@@ -114,5 +153,22 @@ mod tests {
         assert!((vax_float(0x0FDB_4149_u32.to_le_bytes()) - std::f32::consts::PI).abs() < 1e-6);
         assert_eq!(vax_float([0; 4]).to_bits(), 0);
         assert!(vax_float(0x0000_8000_u32.to_le_bytes()).is_nan());
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn vax_floats_keep_every_bit_within_their_range(bits: u32) {
+            let number = f32::from_bits(bits);
+            match vax_bytes(number) {
+                Some(bytes) if number.abs() >= (-128.0_f32).exp2() => {
+                    proptest::prop_assert_eq!(vax_float(bytes).to_bits(), bits);
+                }
+                Some(bytes) => {
+                    proptest::prop_assert!(number.abs() < (-128.0_f32).exp2());
+                    proptest::prop_assert_eq!(bytes, [0; 4]);
+                }
+                None => proptest::prop_assert!(!number.is_finite() || number.abs() >= 127.0_f32.exp2()),
+            }
+        }
     }
 }

@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn written_takes_are_read_back() {
-        let bytes = c3d::write(&take(), LengthUnit::Millimetre).unwrap();
+        let bytes = c3d::write(&take(), LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
         same(&load(json!({}), "day1.C3D", &bytes).unwrap(), &take());
         same(&load(json!({}), "day1", &bytes).unwrap(), &take());
         let bytes = marker_csv::write(&take(), LengthUnit::Millimetre).unwrap();
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn unit_and_rate_replace_those_of_the_file() {
-        let bytes = c3d::write(&take(), LengthUnit::Millimetre).unwrap();
+        let bytes = c3d::write(&take(), LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
         let markers = load(json!({"unit": "cm", "rate_hz": 120.0}), "a.c3d", &bytes).unwrap();
         assert!((markers.frame(0)[1].x - 2.5).abs() < 1e-6 && markers.frame(1)[1].is_nan());
         assert_eq!(markers.frame_axis(), FrameAxis { first: 101, count: 2, rate_hz: 120.0 });
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn names_are_stripped_chosen_and_renamed() {
-        let bytes = c3d::write(&take(), LengthUnit::Millimetre).unwrap();
+        let bytes = c3d::write(&take(), LengthUnit::Millimetre, c3d::Flavour::PLAIN).unwrap();
         let with = json!({"strip_subject": true, "without": ["head_*"], "rename": {"chin": "mental"}});
         let markers = load(with, "a.c3d", &bytes).unwrap();
         assert_eq!(markers.names(), ["mental", "lip_1"]);
@@ -235,7 +235,7 @@ mod tests {
     fn two_subjects_are_not_mixed_up() {
         let names = ["anna:chin", "ben:chin"].map(str::to_owned).to_vec();
         let markers = Markers::new(FrameAxis::new(1, 60.0), names, vec![Vec3::ZERO; 2]).unwrap();
-        let bytes = c3d::write(&markers, LengthUnit::Metre).unwrap();
+        let bytes = c3d::write(&markers, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap();
         let error = load(json!({"strip_subject": true}), "a.c3d", &bytes).unwrap_err();
         assert!(error.contains("`anna:chin` and `ben:chin` of a.c3d would both be `chin`"), "{error}");
         let anna = load(json!({"subject": "anna"}), "a.c3d", &bytes).unwrap();
@@ -247,14 +247,14 @@ mod tests {
     #[test]
     fn points_at_the_origin_may_be_missing() {
         let at_origin = take().with_positions(vec![Vec3::ZERO; 6]).unwrap();
-        let bytes = c3d::write(&at_origin, LengthUnit::Metre).unwrap();
+        let bytes = c3d::write(&at_origin, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap();
         assert_eq!(load(json!({}), "a.c3d", &bytes).unwrap().missing(), 0);
         assert_eq!(load(json!({"origin_is_missing": true}), "a.c3d", &bytes).unwrap().missing(), 6);
     }
 
     #[test]
     fn one_map_serves_takes_that_lack_some_of_its_names() {
-        let bytes = c3d::write(&take(), LengthUnit::Metre).unwrap();
+        let bytes = c3d::write(&take(), LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap();
         let map = json!({"chin": "mental", "lip_*": "mouth_*", "nose": "nasal"});
         let with = |more: serde_json::Value| {
             let mut with = json!({"strip_subject": true, "rename": map});
@@ -286,7 +286,7 @@ mod tests {
         assert!(load(json!({}), "a.trc", b"").unwrap_err().starts_with("a.trc: TRC: the file is empty"));
         assert!(load(json!({}), "a.c3d", b"no").unwrap_err().starts_with("a.c3d: C3D"));
         let none = Markers::new(FrameAxis::new(0, 60.0), vec!["chin".into()], Vec::new()).unwrap();
-        let bytes = c3d::write(&none, LengthUnit::Metre).unwrap();
+        let bytes = c3d::write(&none, LengthUnit::Metre, c3d::Flavour::PLAIN).unwrap();
         assert!(load(json!({}), "a.c3d", &bytes).unwrap_err().contains("1 markers in 0 frames"));
     }
 

@@ -18,7 +18,7 @@ enum Format {
     /// As the ending of `path` says: `.c3d`, `.trc` or `.csv`.
     #[default]
     ByEnding,
-    /// C3D with PC numbers in real format; missing points have residual −1.
+    /// C3D, as `c3d_processor` and `c3d_storage` say; missing points have residual −1.
     C3d,
     /// TRC, a table parted by tabs; missing points are empty.
     Trc,
@@ -40,6 +40,40 @@ impl Format {
     }
 }
 
+/// Whose number formats a C3D file has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Processor {
+    /// Those of PCs, which every reader understands.
+    #[default]
+    Intel,
+    /// Those of DEC machines (VAX).
+    Dec,
+    /// Those of SGI and other MIPS machines.
+    Mips,
+}
+
+impl From<Processor> for c3d::Processor {
+    fn from(processor: Processor) -> Self {
+        match processor {
+            Processor::Intel => Self::Intel,
+            Processor::Dec => Self::Dec,
+            Processor::Mips => Self::Mips,
+        }
+    }
+}
+
+/// How a C3D file stores coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Storage {
+    /// As 32-bit floats: every bit is kept.
+    #[default]
+    Real,
+    /// As 16-bit integers: half the size, in steps of the farthest coordinate / 32,767 (5 µm where that is 0.15 m).
+    Integer,
+}
+
 /// Writes markers as C3D, TRC or as a table (CSV).
 ///
 /// `load_markers` reads all of them back.
@@ -52,11 +86,16 @@ pub struct SaveMarkers {
     format: Format,
     /// Unit of the coordinates in the file.
     unit: Unit,
+    /// Whose number formats a C3D file has, for programs that ask for one.
+    c3d_processor: Processor,
+    /// How a C3D file stores coordinates.
+    c3d_storage: Storage,
 }
 
 impl Default for SaveMarkers {
     fn default() -> Self {
-        Self { path: String::new(), format: Format::ByEnding, unit: Unit::Millimetres }
+        let (c3d_processor, c3d_storage) = (Processor::default(), Storage::default());
+        Self { path: String::new(), format: Format::ByEnding, unit: Unit::Millimetres, c3d_processor, c3d_storage }
     }
 }
 
@@ -70,19 +109,27 @@ impl<'de> Deserialize<'de> for SaveMarkers {
             path: String,
             format: Format,
             unit: Unit,
+            c3d_processor: Processor,
+            c3d_storage: Storage,
         }
         impl Default for Stated {
             fn default() -> Self {
-                let SaveMarkers { path, format, unit } = SaveMarkers::default();
-                Self { path, format, unit }
+                let SaveMarkers { path, format, unit, c3d_processor, c3d_storage } = SaveMarkers::default();
+                Self { path, format, unit, c3d_processor, c3d_storage }
             }
         }
-        let Stated { path, format, unit } = Stated::deserialize(deserializer)?;
+        let Stated { path, format, unit, c3d_processor, c3d_storage } = Stated::deserialize(deserializer)?;
         let format = match format {
             Format::ByEnding => Format::of(&path).unwrap_or_default(),
             format => format,
         };
-        Ok(Self { path, format, unit })
+        Ok(Self { path, format, unit, c3d_processor, c3d_storage })
+    }
+}
+
+impl SaveMarkers {
+    fn flavour(&self) -> c3d::Flavour {
+        c3d::Flavour { processor: self.c3d_processor.into(), integers: self.c3d_storage == Storage::Integer }
     }
 }
 
@@ -105,7 +152,7 @@ impl Node for SaveMarkers {
                 return Err(NodeError::parameter("path", problem));
             }
             Format::Trc => trc::write(markers, unit),
-            Format::C3d => c3d::write(markers, unit),
+            Format::C3d => c3d::write(markers, unit, self.flavour()),
             Format::Csv => marker_csv::write(markers, unit),
             Format::NeutralCsv => marker_csv::write_neutral(markers, unit),
         };
@@ -151,6 +198,20 @@ mod tests {
         }
         let table = saved(json!({"format": "csv", "path": "a.c3d"}), &take(1)).unwrap();
         assert!(String::from_utf8(table).unwrap().starts_with("# rate_hz"));
+    }
+
+    #[test]
+    fn all_flavours_of_c3d_read_back() {
+        for processor in ["intel", "dec", "mips"] {
+            for (storage, off_m) in [("real", 0.0), ("integer", 2e-6)] {
+                let flavour = json!({"path": "a.c3d", "c3d_processor": processor, "c3d_storage": storage});
+                let again = c3d::read_take(&saved(flavour, &take(3)).unwrap()).unwrap();
+                assert_eq!(again.storage.name(), storage);
+                for (a, b) in again.markers.positions().iter().zip(take(3).positions()) {
+                    assert!((*a - *b).abs().max_element() <= off_m, "{processor}, {storage}: {a} beside {b}");
+                }
+            }
+        }
     }
 
     #[test]
