@@ -189,7 +189,8 @@ impl Model {
             if stop() {
                 return false;
             }
-            self.arch.dispatch(Adam {
+            let gradient = table.gradient.borrow();
+            let adam = Adam {
                 rate: step.learning_rate as f32,
                 betas,
                 rests: betas.map(|beta| 1.0 - beta),
@@ -199,8 +200,9 @@ impl Model {
                 // No tape is left that shares them, so this copies nothing.
                 values: Rc::make_mut(&mut table.values).as_flattened_mut(),
                 moments: [first.as_flattened_mut(), second.as_flattened_mut()],
-                gradient: table.gradient.borrow().as_flattened(),
-            });
+                gradient: gradient.as_flattened(),
+            };
+            adam.run(self.arch);
         }
         true
     }

@@ -12,10 +12,34 @@
 //! Weights, their gradients and their moments lie in panels of [`COLUMNS`] outputs, as `kernel` has them for predictions:
 //! panel after panel, in a panel for each input one row. All three products read them so, and nothing large is packed
 //! anew in a step. Every sum adds its products one by one in rising order, each with one rounding, so that the bits do
-//! not depend on the machine's vectors.
+//! not depend on the machine's vectors, nor on how many threads share a product: each sum is the work of one.
 
 use crate::kernel::{COLUMNS, Lane, ROWS, pair, sums};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// Fused products below which a thread is not worth waking: some tens of microseconds of one.
+const WORTH_A_THREAD: usize = 1 << 22;
+/// Numbers of a table below which Adam's step is made by one thread.
+const ADAM_PART: usize = 1 << 16;
+
+/// How many of `units` one thread takes, where all of them make `products`.
+fn share(units: usize, products: usize) -> usize {
+    let threads = rayon::current_num_threads().min(products / WORTH_A_THREAD).max(1);
+    units.div_ceil(threads).max(1)
+}
+
+/// A row-major table of `columns` cut between columns: for each part, its piece of every row.
+fn cut(table: &mut [f32], columns: usize, part: usize) -> Vec<Vec<&mut [f32]>> {
+    let rows = table.len() / columns;
+    let mut parts: Vec<Vec<_>> = (0..columns.div_ceil(part)).map(|_| Vec::with_capacity(rows)).collect();
+    for row in table.chunks_exact_mut(columns) {
+        for (own, piece) in parts.iter_mut().zip(row.chunks_mut(part)) {
+            own.push(piece);
+        }
+    }
+    parts
+}
 
 /// A row of a panel.
 pub(crate) type PanelRow = [f32; COLUMNS];
@@ -84,19 +108,23 @@ fn into_turned_panels(values: &[f32], columns: usize) -> Vec<PanelRow> {
 pub(crate) fn forward(arch: Arch, x: &[f32], weights: &[PanelRow], (inputs, outputs): (usize, usize)) -> Vec<f32> {
     let tiles = into_tiles(x, inputs);
     let mut out = vec![0.0; x.len() / inputs * outputs];
-    arch.dispatch(Forward { tiles: &tiles, weights, inputs, outputs, out: &mut out });
+    let panels = share(outputs.div_ceil(COLUMNS), x.len() * outputs);
+    let parts = cut(&mut out, outputs, panels * COLUMNS);
+    parts.into_par_iter().zip(weights.par_chunks(panels * inputs)).for_each(|(mut out, weights)| {
+        arch.dispatch(Forward { tiles: &tiles, weights, inputs, out: &mut out });
+    });
     out
 }
 
-struct Forward<'a> {
+/// Some panels, and the outputs of every row that are theirs.
+struct Forward<'a, 'b> {
     tiles: &'a [Lane],
     weights: &'a [PanelRow],
     inputs: usize,
-    outputs: usize,
-    out: &'a mut [f32],
+    out: &'a mut [&'b mut [f32]],
 }
 
-impl WithSimd for Forward<'_> {
+impl WithSimd for Forward<'_, '_> {
     type Output = ();
 
     #[allow(
@@ -107,11 +135,11 @@ impl WithSimd for Forward<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         for (index, panel) in self.weights.chunks_exact(self.inputs).enumerate() {
             let first = index * COLUMNS;
-            let count = COLUMNS.min(self.outputs - first);
-            let tiles = self.tiles.chunks_exact(self.inputs).zip(self.out.chunks_mut(ROWS * self.outputs));
+            let tiles = self.tiles.chunks_exact(self.inputs).zip(self.out.chunks_mut(ROWS));
             for (tile, out) in tiles {
                 let sums = sums(simd, tile, panel, &[0.0; COLUMNS]);
-                for (row, sums) in out.chunks_exact_mut(self.outputs).zip(&sums) {
+                for (row, sums) in out.iter_mut().zip(&sums) {
+                    let count = COLUMNS.min(row.len() - first);
                     row[first..first + count].copy_from_slice(&sums[..count]);
                 }
             }
@@ -123,19 +151,24 @@ impl WithSimd for Forward<'_> {
 pub(crate) fn back(arch: Arch, slopes: &[f32], weights: &[PanelRow], (inputs, outputs): (usize, usize)) -> Vec<f32> {
     let turned = into_turned_panels(slopes, outputs);
     let mut out = vec![0.0; slopes.len() / outputs * inputs];
-    arch.dispatch(Back { turned: &turned, weights, inputs, outputs, out: &mut out });
+    let part = share(inputs.div_ceil(ROWS), slopes.len() * inputs) * ROWS;
+    cut(&mut out, inputs, part).into_par_iter().enumerate().for_each(|(index, mut out)| {
+        arch.dispatch(Back { turned: &turned, weights, inputs, outputs, first: index * part, out: &mut out });
+    });
     out
 }
 
-struct Back<'a> {
+/// Some inputs, from `first` on, of every row.
+struct Back<'a, 'b> {
     turned: &'a [PanelRow],
     weights: &'a [PanelRow],
     inputs: usize,
     outputs: usize,
-    out: &'a mut [f32],
+    first: usize,
+    out: &'a mut [&'b mut [f32]],
 }
 
-impl WithSimd for Back<'_> {
+impl WithSimd for Back<'_, '_> {
     type Output = ();
 
     #[allow(
@@ -144,14 +177,15 @@ impl WithSimd for Back<'_> {
     )]
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        for first in (0..self.inputs).step_by(ROWS) {
-            let count = ROWS.min(self.inputs - first);
-            let rows = self.turned.chunks_exact(self.outputs).zip(self.out.chunks_mut(COLUMNS * self.inputs));
+        let inputs = self.out.first().map_or(0, |row| row.len());
+        for place in (0..inputs).step_by(ROWS) {
+            let count = ROWS.min(inputs - place);
+            let rows = self.turned.chunks_exact(self.outputs).zip(self.out.chunks_mut(COLUMNS));
             for (turned, out) in rows {
-                let sums = sums_back(simd, (self.weights, self.inputs), first, turned);
-                for (place, row) in out.chunks_exact_mut(self.inputs).enumerate() {
-                    for (value, sums) in row[first..first + count].iter_mut().zip(&sums) {
-                        *value = sums[place];
+                let sums = sums_back(simd, (self.weights, self.inputs), self.first + place, turned);
+                for (row, own) in out.iter_mut().enumerate() {
+                    for (value, sums) in own[place..place + count].iter_mut().zip(&sums) {
+                        *value = sums[row];
                     }
                 }
             }
@@ -205,7 +239,10 @@ pub(crate) fn gradient(
 ) {
     let (groups, panels) = (into_groups(x, inputs), into_panels(slopes, outputs));
     let rows = slopes.len() / outputs;
-    arch.dispatch(Gradient { groups: &groups, panels: &panels, rows, inputs, again, sum });
+    let part = share(outputs.div_ceil(COLUMNS), x.len() * outputs);
+    panels.par_chunks(part * rows).zip(sum.par_chunks_mut(part * inputs)).for_each(|(panels, sum)| {
+        arch.dispatch(Gradient { groups: &groups, panels, rows, inputs, again, sum });
+    });
 }
 
 struct Gradient<'a> {
@@ -268,6 +305,21 @@ pub(crate) struct Adam<'a> {
     pub moments: [&'a mut [f32]; 2],
     /// The gradient.
     pub gradient: &'a [f32],
+}
+
+impl Adam<'_> {
+    /// Makes the step.
+    pub fn run(self, arch: Arch) {
+        let Self { rate, betas, rests, corrections, epsilon, decay, values, moments: [first, second], gradient } = self;
+        let part = values.len().div_ceil(rayon::current_num_threads()).max(ADAM_PART);
+        let values = values.par_chunks_mut(part).zip(first.par_chunks_mut(part));
+        values.zip(second.par_chunks_mut(part)).zip(gradient.par_chunks(part)).for_each(
+            |(((values, first), second), gradient)| {
+                let moments = [first, second];
+                arch.dispatch(Adam { rate, betas, rests, corrections, epsilon, decay, values, moments, gradient });
+            },
+        );
+    }
 }
 
 impl WithSimd for Adam<'_> {
