@@ -24,8 +24,8 @@ use wire::{FrameAxis, Value};
 
 /// Frames of the take.
 const TAKE: usize = 1830;
-/// Frames that the engine hands to a node at once.
-const BLOCK: usize = 32;
+/// Frames that the engine hands to a node at once: four blocks.
+const CALL: usize = 4 * 32;
 /// Epochs of all seven networks.
 const EPOCHS: usize = 2;
 /// Batches an epoch and epochs of the lower face's steps; the first epoch does not count.
@@ -246,7 +246,7 @@ fn lower_face(folder: &Path, subject: &Subject, features: &Features, networks: &
     told["losses_from_start"] = json!(ends.iter().map(|(_, loss)| *loss).collect::<Vec<_>>());
 }
 
-/// The take from markers to weights, block by block as the engine cuts it; gives frames × channels.
+/// The take from markers to weights, four blocks of 32 frames in a call as the engine has it; gives frames × channels.
 fn solve(subject: &Subject, networks: Networks, told: &mut Json) -> Vec<f32> {
     let networks: Arc<dyn Value> = Arc::new(networks);
     let rest: Arc<dyn Value> = Arc::new(subject.neutral.clone());
@@ -256,7 +256,7 @@ fn solve(subject: &Subject, networks: Networks, told: &mut Json) -> Vec<f32> {
         inputs.set(port, PortValue::One(Arc::clone(value)));
     };
     let pass = || -> Vec<f32> {
-        let blocks: Vec<_> = (0..TAKE).step_by(BLOCK).map(|first| first..(first + BLOCK).min(TAKE)).collect();
+        let blocks: Vec<_> = (0..TAKE).step_by(CALL).map(|first| first..(first + CALL).min(TAKE)).collect();
         let done: Vec<Curves> = blocks
             .into_par_iter()
             .map(|block| {

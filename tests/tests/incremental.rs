@@ -80,5 +80,10 @@ fn a_change_costs_what_it_touches() {
 fn moved(take: &Markers, marker: &str, frame: usize) -> Vec<u8> {
     let mut positions = take.positions().to_vec();
     positions[frame * take.names().len() + take.index(marker).unwrap()].x += 0.001;
-    face_io::c3d::write(&take.with_positions(positions).unwrap(), face_io::LengthUnit::Millimetre, face_io::c3d::Flavour::PLAIN).unwrap()
+    face_io::c3d::write(
+        &take.with_positions(positions).unwrap(),
+        face_io::LengthUnit::Millimetre,
+        face_io::c3d::Flavour::PLAIN,
+    )
+    .unwrap()
 }

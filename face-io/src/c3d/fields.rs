@@ -32,7 +32,9 @@ impl Fields<'_> {
     /// The bytes of the parameters, and where in them the word stands that says where the frames begin.
     pub fn bytes(&self, processor: Processor) -> Result<(Vec<u8>, usize), WriteError> {
         let mut out = Records { processor, bytes: Vec::new() };
-        for (number, name) in [(POINT, "POINT"), (TRIAL, "TRIAL"), (ANALOG, "ANALOG"), (FORCE_PLATFORM, "FORCE_PLATFORM")] {
+        for (number, name) in
+            [(POINT, "POINT"), (TRIAL, "TRIAL"), (ANALOG, "ANALOG"), (FORCE_PLATFORM, "FORCE_PLATFORM")]
+        {
             out.group(number, name);
         }
         let frames = self.markers.frames();

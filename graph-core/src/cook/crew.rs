@@ -62,6 +62,11 @@ impl Crew {
         Ok(Self { pool: pool(threads)?, waiting: Arc::default(), helpers: Vec::new() })
     }
 
+    /// How many threads it has, helpers aside.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
     /// Has `job` run as soon as a thread is free.
     pub fn spawn(&self, job: impl FnOnce() + Send + 'static) {
         {

@@ -341,20 +341,27 @@ impl Engine {
         }
     }
 
+    /// The crew, hired with the first job; `None` where threads cannot be started, which ends the cook.
+    fn crew(&mut self) -> Option<&Crew> {
+        if self.crew.is_none() {
+            match Crew::new(self.options.jobs) {
+                Ok(crew) => self.crew = Some(crew),
+                Err(problem) => drop(self.broken.get_or_insert(problem.into())),
+            }
+        }
+        self.crew.as_ref()
+    }
+
+    /// How many threads run jobs.
+    pub(super) fn threads(&mut self) -> Option<usize> {
+        self.crew().map(Crew::threads)
+    }
+
     /// Runs `work` on the crew's threads; what it gives is received later.
     pub(super) fn spawn(&mut self, id: CellId, work: impl FnOnce(&Shared) -> Message + Send + 'static) {
-        let crew = match &self.crew {
-            Some(crew) => crew,
-            None => match Crew::new(self.options.jobs) {
-                Ok(crew) => self.crew.insert(crew),
-                Err(problem) => {
-                    self.broken.get_or_insert(problem.into());
-                    return;
-                }
-            },
-        };
         let (shared, generation) = (Arc::clone(&self.shared), self.generation);
         let task = self.tasks.get(&id).map(|task| task.number);
+        let Some(crew) = self.crew() else { return };
         crew.spawn(move || {
             let message = shared.guarded(id, work);
             let mail = Mail::Result { generation, task, message };

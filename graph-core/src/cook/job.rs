@@ -1,4 +1,4 @@
-//! Jobs: what runs on the pool's threads: one computation of a whole cell or of one block of its frames.
+//! Jobs: what runs on the pool's threads: one computation of a whole cell, or of blocks of its frames (`stretch`).
 
 use super::cell::{SlotSet, Slots};
 use super::cost::{CHEAP_S, FILE_S};
@@ -11,10 +11,10 @@ use crate::store::{Action, StoreError, ValueRecord};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
-use wire::{Digest, Hasher, Value};
+use wire::{Digest, Value};
 
 /// Why a job gave no result.
 #[derive(Debug)]
@@ -69,6 +69,8 @@ pub(crate) struct Job {
     pub inputs: Vec<JobInput>,
     /// Seconds to have the inputs again, where they are not kept.
     pub before_s: f64,
+    /// How many blocks a call of a per-frame node may have, at a guess from the calls before.
+    pub call_blocks: AtomicUsize,
     /// What is told when the first thread takes this job up.
     pub started: Mutex<Option<Event>>,
 }
@@ -141,15 +143,6 @@ impl Desk<'_> {
     }
 }
 
-/// What the computation of a block gave.
-pub(crate) struct BlockResult {
-    /// A block for each output; `None` where the block of the last cook is still right.
-    pub blocks: Option<Vec<CookedBlock>>,
-    pub seconds: f64,
-    /// The key over exactly the frames seen, for a node with a halo.
-    pub frame_key: Option<Digest>,
-}
-
 /// What a whole computation gave.
 pub(crate) struct Finished {
     /// In the order of the card's outputs.
@@ -161,7 +154,7 @@ pub(crate) struct Finished {
 }
 
 impl Job {
-    fn gather_inputs(&self, shared: &Shared, frames: Option<&Range<usize>>) -> Result<Inputs, JobError> {
+    pub(super) fn gather_inputs(&self, shared: &Shared, frames: Option<&Range<usize>>) -> Result<Inputs, JobError> {
         let mut inputs = Inputs::default();
         for input in &self.inputs {
             let sliced = frames.filter(|_| input.port.kind.framed && !input.port.still);
@@ -180,7 +173,11 @@ impl Job {
         Ok(inputs)
     }
 
-    fn compute(&self, shared: &Shared, inputs: &Inputs) -> Result<(Outputs, Vec<(String, Digest)>), JobError> {
+    pub(super) fn compute(
+        &self,
+        shared: &Shared,
+        inputs: &Inputs,
+    ) -> Result<(Outputs, Vec<(String, Digest)>), JobError> {
         if let Some(started) = self.started.lock().unwrap_or_else(PoisonError::into_inner).take() {
             shared.tell(|| started);
         }
@@ -189,65 +186,6 @@ impl Job {
         let desk = Desk { shared, name, key: &|| self.key, file, content, stale, reads: Mutex::default() };
         let outputs = desk.compute(self.node.as_ref(), &self.item, inputs)?;
         Ok((outputs, desk.reads.into_inner().unwrap_or_else(PoisonError::into_inner)))
-    }
-
-    /// The key of a block over exactly the frames that it sees.
-    fn frame_key(&self, own: &Range<usize>, with_halo: &Range<usize>, inputs: &Inputs) -> Digest {
-        let mut hasher = Hasher::new("frames");
-        hasher.digest(&self.base_key).number(own.start as u64).number(own.end as u64);
-        hasher.number(with_halo.start as u64).number(with_halo.end as u64);
-        for input in self.inputs.iter().filter(|input| input.port.kind.framed && !input.port.still) {
-            let values = inputs.ports().filter(|(name, _)| *name == input.port.name);
-            for (name, value) in values {
-                hasher.bytes(name.as_bytes());
-                match value {
-                    PortValue::One(value) => drop(hasher.bytes(&value.encoded())),
-                    PortValue::List(items) => {
-                        for (item, value) in items {
-                            hasher.bytes(item.as_bytes()).bytes(&value.encoded());
-                        }
-                    }
-                }
-            }
-        }
-        hasher.finish()
-    }
-
-    /// Computes the frames of one block: a cooked block for each output. A node with a halo sees frames of the
-    /// blocks beside its own; where exactly these frames are as they were (`before`), nothing is computed.
-    pub fn block(
-        &self,
-        shared: &Shared,
-        own: &Range<usize>,
-        with_halo: &Range<usize>,
-        has_halo: bool,
-        before: Option<Digest>,
-    ) -> Result<BlockResult, JobError> {
-        let inputs = self.gather_inputs(shared, Some(with_halo))?;
-        let frame_key = has_halo.then(|| self.frame_key(own, with_halo, &inputs));
-        if frame_key.is_some() && frame_key == before {
-            return Ok(BlockResult { blocks: None, seconds: 0.0, frame_key });
-        }
-        let _span = tracing::debug_span!("cook", cell = self.name.as_str(), first = own.start, end = own.end).entered();
-        let start = Instant::now();
-        let (mut outputs, _) = self.compute(shared, &inputs)?;
-        let seconds = start.elapsed().as_secs_f64();
-        let mut blocks = Vec::new();
-        for port in &self.card.outputs {
-            let Some(PortValue::One(value)) = outputs.take(port.name) else { return Err(missing_output(port)) };
-            typed(port, &value)?;
-            let frames = value.axis().map_or(0, |axis| axis.count);
-            if frames != with_halo.len() {
-                let (name, needed) = (port.name, with_halo.len());
-                let problem = format!("the node gave {frames} frames on `{name}` where {needed} are needed");
-                return Err(NodeError::Failed(problem).into());
-            }
-            let within = own.start - with_halo.start..own.end - with_halo.start;
-            let value = if within == (0..frames) { Some(value) } else { value.slice(within) };
-            let value = value.ok_or_else(|| missing_output(port))?;
-            blocks.push(CookedBlock::new(value));
-        }
-        Ok(BlockResult { blocks: Some(blocks), seconds, frame_key })
     }
 
     /// Computes the whole cell, and writes what is worth it to the store.

@@ -35,6 +35,7 @@ mod results;
 mod session;
 mod shared;
 mod slot;
+mod stretch;
 mod tasks;
 mod turn;
 mod unfold;

@@ -3,26 +3,42 @@
 use super::cell::{CellId, Inputs, Made, SlotSet, Slots, State};
 use super::engine::Engine;
 use super::event::Event;
-use super::job::{BlockResult, Finished, JobError};
+use super::job::{Finished, JobError};
 use super::join::Join;
 use super::session::Reason;
+use super::stretch::BlockResult;
 use crate::node::{NodeError, PortFacts};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// What a job tells the coordinator.
 pub(crate) enum Message {
-    Block { cell: CellId, block: usize, result: Result<BlockResult, JobError> },
-    Whole { cell: CellId, result: Result<Finished, JobError> },
-    Joined { cell: CellId, result: Result<Finished, JobError> },
-    Published { cell: CellId, result: Result<super::publish::Written, JobError> },
+    /// Neighbouring blocks from `first` on, those before the trouble where there was one.
+    Blocks {
+        cell: CellId,
+        first: usize,
+        results: Vec<BlockResult>,
+        trouble: Option<JobError>,
+    },
+    Whole {
+        cell: CellId,
+        result: Result<Finished, JobError>,
+    },
+    Joined {
+        cell: CellId,
+        result: Result<Finished, JobError>,
+    },
+    Published {
+        cell: CellId,
+        result: Result<super::publish::Written, JobError>,
+    },
 }
 
 impl Message {
     /// The same of another cell.
     pub fn of(mut self, id: CellId) -> Self {
         match &mut self {
-            Self::Block { cell, .. }
+            Self::Blocks { cell, .. }
             | Self::Whole { cell, .. }
             | Self::Joined { cell, .. }
             | Self::Published { cell, .. } => *cell = id,
@@ -35,37 +51,7 @@ impl Engine {
     /// Takes what a job tells.
     pub(super) fn receive(&mut self, message: Message) {
         match message {
-            Message::Block { cell, block, result } => {
-                let Some(task) = self.tasks.get_mut(&cell) else { return };
-                task.jobs -= 1;
-                match result {
-                    Ok(BlockResult { blocks, seconds, frame_key }) => {
-                        task.seconds += seconds;
-                        if let Some(blocks) = blocks {
-                            task.done.insert(block, blocks);
-                        } else {
-                            task.blocks.remove(&block);
-                            task.kept.insert(block, block);
-                        }
-                        let keys = task.fresh.as_mut().map(|(made, _)| &mut made.frame_keys);
-                        if let (Some(key), Some(place)) = (frame_key, keys.and_then(|keys| keys.get_mut(block))) {
-                            *place = key;
-                        }
-                        let (done, all, idle) = (task.done.len(), task.blocks.len(), task.jobs == 0);
-                        self.tell(|| Event::Progress {
-                            node: self.cells[cell].name.clone(),
-                            fraction: done as f64 / all.max(1) as f64,
-                            numbers: BTreeMap::new(),
-                        });
-                        if done == all {
-                            self.join(cell);
-                        } else if idle {
-                            self.ensure(cell);
-                        }
-                    }
-                    Err(error) => self.trouble(cell, error),
-                }
-            }
+            Message::Blocks { cell, first, results, trouble } => self.received(cell, first, results, trouble),
             Message::Whole { cell, result } | Message::Joined { cell, result } => {
                 if let Some(task) = self.tasks.get_mut(&cell) {
                     task.jobs -= 1;
@@ -76,6 +62,39 @@ impl Engine {
                 }
             }
             Message::Published { cell, result } => self.published(cell, result),
+        }
+    }
+
+    /// A job has ended that computed blocks of a cell, from `first` on.
+    fn received(&mut self, cell: CellId, first: usize, results: Vec<BlockResult>, trouble: Option<JobError>) {
+        let Some(task) = self.tasks.get_mut(&cell) else { return };
+        task.jobs -= 1;
+        for (block, BlockResult { blocks, seconds, frame_key }) in (first..).zip(results) {
+            task.seconds += seconds;
+            if let Some(blocks) = blocks {
+                task.done.insert(block, blocks);
+            } else {
+                task.blocks.remove(&block);
+                task.kept.insert(block, block);
+            }
+            let keys = task.fresh.as_mut().map(|(made, _)| &mut made.frame_keys);
+            if let (Some(key), Some(place)) = (frame_key, keys.and_then(|keys| keys.get_mut(block))) {
+                *place = key;
+            }
+        }
+        if let Some(trouble) = trouble {
+            return self.trouble(cell, trouble);
+        }
+        let (done, all, idle) = (task.done.len(), task.blocks.len(), task.jobs == 0);
+        self.tell(|| Event::Progress {
+            node: self.cells[cell].name.clone(),
+            fraction: done as f64 / all.max(1) as f64,
+            numbers: BTreeMap::new(),
+        });
+        if done == all {
+            self.join(cell);
+        } else if idle {
+            self.ensure(cell);
         }
     }
 

@@ -11,11 +11,11 @@ use super::key::Frames;
 use super::results::Message;
 use super::session::Reason;
 use super::slot::{CookedBlock, Slot};
+use super::stretch::stretches;
 use super::why::told;
-use crate::node::NodeError;
 use crate::store::Action;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize};
 use std::sync::{Arc, Mutex};
 use wire::Digest;
 
@@ -252,21 +252,17 @@ impl Engine {
         if blocks.is_empty() {
             return self.join(id);
         }
-        task.jobs += blocks.len();
         let last = task.last.as_ref().filter(|_| task.fresh.is_some());
-        let before_keys = last.map(|last| last.frame_keys.clone()).unwrap_or_default();
-        let has_halo = frames.halo > 0;
-        for block in blocks {
-            let job = Arc::clone(&job);
-            let before = before_keys.get(block).copied();
-            let (own, needed) = (frames.of_block(block), frames.with_halo(block));
+        let before: Arc<[Digest]> = last.map(|last| last.frame_keys.as_slice()).unwrap_or_default().into();
+        let Some(threads) = self.threads() else { return };
+        for stretch in stretches(&blocks, &frames, threads) {
+            let (job, frames, before) = (Arc::clone(&job), frames.clone(), Arc::clone(&before));
+            if let Some(task) = self.tasks.get_mut(&id) {
+                task.jobs += 1;
+            }
             self.spawn(id, move |shared| {
-                let result = if shared.cancel.load(Ordering::Relaxed) || job.stale.load(Ordering::Relaxed) {
-                    Err(NodeError::Cancelled.into())
-                } else {
-                    job.block(shared, &own, &needed, has_halo, before)
-                };
-                Message::Block { cell: id, block, result }
+                let (results, trouble) = job.stretch(shared, &frames, stretch.clone(), &before);
+                Message::Blocks { cell: id, first: stretch.start, results, trouble }
             });
         }
     }
@@ -293,6 +289,7 @@ impl Engine {
             stale: Arc::clone(&task.stale),
             inputs,
             before_s: self.before_s(id),
+            call_blocks: AtomicUsize::new(1),
             started: Mutex::new(started),
         }
     }
