@@ -33,6 +33,11 @@ pub struct TrainRegions {
     /// How often every sample is seen, in all regions. The paper: 250 to 450.
     #[schemars(range(min = 1, max = 1_000_000))]
     epochs: Option<usize>,
+    /// Steps of Adam in all regions, above 0 in place of `epochs`: as many whole epochs as come nearest to them. Motions of
+    /// different length are then trained on for the same time.
+    #[schemars(range(max = 1_000_000_000))]
+    #[serde(skip_serializing_if = "unasked")]
+    steps: usize,
     /// How the step size changes: `constant` as in the paper, `one_cycle()` or `cosine()`.
     schedule: Schedule,
     /// Step size of Adam (its peak, with a schedule), in all regions. The paper: 0.0001 to 0.0005.
@@ -98,6 +103,7 @@ impl Default for TrainRegions {
         let usual = Training::default();
         Self {
             epochs: None,
+            steps: 0,
             schedule: usual.schedule,
             learning_rate: None,
             batch: None,
@@ -157,6 +163,18 @@ impl Node for TrainRegions {
     }
 }
 
+/// Where steps are not asked for, the key stays what it was before they could be.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn unasked(steps: &usize) -> bool {
+    *steps == 0
+}
+
+/// The whole epochs that come nearest to so many steps; at least one.
+fn epochs_of(steps: usize, samples: usize, batch: usize) -> usize {
+    let epoch = samples.div_ceil(batch.max(1)).max(1);
+    ((steps + epoch / 2) / epoch).max(1)
+}
+
 impl TrainRegions {
     fn job<'a>(
         &self,
@@ -166,7 +184,10 @@ impl TrainRegions {
         regions: &Regions,
     ) -> Result<Job<'a>, NodeError> {
         let asked = self.asked(&region.name);
-        let settled = Settled::new(&region.name, &asked);
+        let mut settled = Settled::new(&region.name, &asked);
+        if self.steps > 0 {
+            settled.epochs = epochs_of(self.steps, features.frame_axis().count, settled.batch);
+        }
         let conditioned = self.jaw_conditioning && settled.jaw_conditioned && region.name != self.jaw_region;
         let conditions = if conditioned { self.jaw_channels(&region.name, regions, curves)? } else { Vec::new() };
         let shared = Training {
@@ -229,6 +250,16 @@ mod tests {
     use crate::solve::training::toy::{small, training};
     use crate::testing::{Bench, compute, made};
     use serde_json::json;
+
+    #[test]
+    fn steps_are_the_nearest_whole_epochs() {
+        // 100 samples in batches of 64 are 2 steps an epoch.
+        assert_eq!([1, 2, 3, 40, 41].map(|steps| epochs_of(steps, 100, 64)), [1, 1, 2, 20, 21]);
+        assert_eq!(epochs_of(5, 1_000_000, 64), 1);
+        let inputs = training(&toy::curves(70, 1));
+        let trained_by = |count| trained(&compute(&merged(&count), &inputs).unwrap()).clone();
+        assert!(trained_by(json!({"steps": 6})) == trained_by(json!({"epochs": 3})));
+    }
 
     fn trained(outputs: &Outputs) -> &Networks {
         outputs.get(&NETWORKS).unwrap()
