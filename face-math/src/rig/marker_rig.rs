@@ -11,6 +11,7 @@
 //!
 //! Y and Z are linear in the shape weights wᵢ, so per shape and marker two vectors are kept. Metres throughout.
 
+use super::corners::Corners;
 use super::limbs::{Limb, LimbPose};
 use super::{JawPose, RigError, ShapeDrivers};
 use crate::data::{Attachment, Curves, DataError, JawSkin, Markers, Rig};
@@ -82,7 +83,7 @@ impl MarkerRig {
         // What neither the jaw nor another joint moves follows the skull.
         let skull_of =
             |vertex: u32| 1.0 - rig.all_joints().map(|joint| f64::from(joint.weights[vertex as usize])).sum::<f64>();
-        let mut corners_of: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        let mut markers_of: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
         let mut names = Vec::with_capacity(points.len());
         let (mut rest, mut shares) = (Vec::new(), Vec::new());
         for (marker, (name, corners)) in points.into_iter().enumerate() {
@@ -94,23 +95,24 @@ impl MarkerRig {
                 };
                 own_rest.add(weight, [share_of(vertex), skull_of(vertex)], *position);
                 own_share += weight * share_of(vertex);
-                corners_of.entry(vertex).or_default().push((marker as u32, weight));
+                markers_of.entry(vertex).or_default().push((marker as u32, weight));
             }
             names.push(name);
             rest.push(own_rest);
             shares.push(own_share);
         }
+        let corners = Corners::new(markers_of, rig.neutral.len());
         let terms = rig.shapes.iter().map(|shape| {
             let mut of_marker: BTreeMap<u32, Split> = BTreeMap::new();
             for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
-                for (marker, weight) in corners_of.get(vertex).into_iter().flatten() {
+                for (marker, weight) in corners.of(*vertex) {
                     of_marker.entry(*marker).or_default().add(*weight, [share_of(*vertex), skull_of(*vertex)], *delta);
                 }
             }
             of_marker.into_iter().filter(|(_, term)| *term != Split::default()).collect()
         });
         let terms: Vec<Vec<(u32, Split)>> = terms.collect();
-        let limbs = rig.joints.iter().map(|joint| limb(rig, &joint.skin, &corners_of, names.len())).collect();
+        let limbs = rig.joints.iter().map(|joint| limb(rig, &joint.skin, &corners, names.len())).collect();
         Ok(Self {
             names,
             channels: rig.channels.clone(),
@@ -283,11 +285,11 @@ impl Split {
 }
 
 /// What a joint besides the jaw does to markers with the given corners.
-fn limb(rig: &Rig, joint: &JawSkin, corners_of: &BTreeMap<u32, Vec<(u32, f64)>>, markers: usize) -> Limb {
+fn limb(rig: &Rig, joint: &JawSkin, corners: &Corners, markers: usize) -> Limb {
     let (mut shares, mut rest) = (vec![0.0; markers], vec![DVec3::ZERO; markers]);
-    for (vertex, corners) in corners_of {
+    for (vertex, markers) in corners.iter() {
         let share = f64::from(joint.weights[*vertex as usize]);
-        for (marker, weight) in corners {
+        for (marker, weight) in markers {
             shares[*marker as usize] += weight * share;
             rest[*marker as usize] += weight * share * rig.neutral[*vertex as usize].as_dvec3();
         }
@@ -296,7 +298,7 @@ fn limb(rig: &Rig, joint: &JawSkin, corners_of: &BTreeMap<u32, Vec<(u32, f64)>>,
         let mut of_marker: BTreeMap<u32, DVec3> = BTreeMap::new();
         for (vertex, delta) in shape.vertices.iter().zip(&shape.deltas) {
             let share = f64::from(joint.weights[*vertex as usize]);
-            for (marker, weight) in corners_of.get(vertex).into_iter().flatten().filter(|_| share != 0.0) {
+            for (marker, weight) in corners.of(*vertex).iter().filter(|_| share != 0.0) {
                 *of_marker.entry(*marker).or_default() += weight * share * delta.as_dvec3();
             }
         }

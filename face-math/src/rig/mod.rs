@@ -17,6 +17,7 @@
 
 mod attach;
 mod closest;
+mod corners;
 mod drivers;
 mod error;
 mod jaw;

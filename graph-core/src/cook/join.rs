@@ -23,6 +23,8 @@ pub(crate) struct Join {
     pub frames: Frames,
     /// The slots of a finished cell whose blocks are only remade.
     pub known: Option<Slots>,
+    /// The slots of the last cook, for the values of kept blocks that are in memory.
+    pub held: Option<Slots>,
 }
 
 impl Join {
@@ -90,6 +92,11 @@ impl Join {
         let slot = Arc::new(slot(record));
         for (block, outputs) in &self.done {
             slot.hold(*block, Arc::clone(&outputs[index].value));
+        }
+        if let Some(SlotSet::One(held)) = self.held.as_ref().and_then(|held| held.get(index)) {
+            for (block, at) in &self.kept {
+                held.in_block(*at).into_iter().for_each(|value| slot.hold(*block, value));
+            }
         }
         if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
             shared.writer.value(&slot, &pack);

@@ -111,6 +111,7 @@ impl Engine {
             seconds: task.seconds,
             frames,
             known: self.cells[id].slots().filter(|_| task.fresh.is_none()).cloned(),
+            held: self.cells[id].slots().filter(|_| task.fresh.is_some()).cloned(),
         };
         task.jobs += 1;
         task.joining = true;

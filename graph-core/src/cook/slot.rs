@@ -159,6 +159,11 @@ impl Slot {
         }
     }
 
+    /// The value of a block, where it is in memory.
+    pub fn in_block(&self, block: usize) -> Option<Arc<dyn Value>> {
+        self.places.blocks().get(block).and_then(|place| lock(place).clone())
+    }
+
     /// Puts a value into memory in place of what was there, or takes it out.
     fn place(&self, place: &Place, value: Option<Arc<dyn Value>>) {
         let bytes = |value: &Option<Arc<dyn Value>>| value.as_ref().map_or(0, |value| value.size());
