@@ -1,10 +1,12 @@
-"""A fresh process that finds nothing changed: grimace beside ninja, and beside DVC and Snakemake where they are there.
+"""A fresh process that finds nothing changed: grimace beside ninja, and beside DVC, Snakemake and Meshroom where they are there.
 
-    python3 benches/null_run/compare.py target/release/grimace [--rounds 5] [--dvc PATH] [--snakemake PATH]
+    python3 benches/null_run/compare.py target/release/grimace [--rounds 5] [--dvc PATH] [--snakemake PATH] \
+        [--meshroom CHECKOUT]
 
 Every side gets the same graph: nodes that do next to nothing, in a chain or in layers. Each is brought up to date first; then
 the same command runs again, several times, all sides in turn. Printed is the least CPU time (user and system, children
-included) and the least wall time of these runs, in milliseconds. DVC and Snakemake get 200 nodes.
+included) and the least wall time of these runs, in milliseconds. DVC, Snakemake and Meshroom get 200 nodes. Meshroom runs by the
+Python that runs this, which then needs psutil, requests, markdown and pyseq (`meshroom_side.py`).
 """
 
 import argparse
@@ -13,6 +15,7 @@ import pathlib
 import resource
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 
@@ -100,6 +103,7 @@ def main():
     parser.add_argument("--ninja", default=shutil.which("ninja"))
     parser.add_argument("--dvc", default=shutil.which("dvc"))
     parser.add_argument("--snakemake", default=shutil.which("snakemake"))
+    parser.add_argument("--meshroom", type=pathlib.Path, default=os.environ.get("MESHROOM"))
     arguments = parser.parse_args()
     print(f"{'graph':<14} {'nodes':>8}  {'program':<10} {'CPU ms':>9} {'wall ms':>9}  CPU beside grimace")
     for shape, nodes, width in shapes():
@@ -110,6 +114,10 @@ def main():
             sides.append(Side("dvc", [arguments.dvc, "repro", "-q"], write_dvc, [[arguments.dvc, "init", "-q"]]))
         if nodes <= 200 and arguments.snakemake:
             sides.append(Side("snakemake", [arguments.snakemake, "-c2", "-q"], write_snakemake))
+        if nodes <= 200 and arguments.meshroom:
+            os.environ["MESHROOM"] = str(arguments.meshroom)
+            script = pathlib.Path(__file__).resolve().with_name("meshroom_side.py")
+            sides.append(Side("meshroom", [sys.executable, str(script), str(nodes)], lambda *_: None))
         with tempfile.TemporaryDirectory() as folder:
             for side in sides:
                 side.make(pathlib.Path(folder), nodes, width)
