@@ -5,7 +5,28 @@ use super::engine::Engine;
 use super::key::{Frames, halo};
 use super::slot::Slot;
 use std::sync::Arc;
-use wire::{FrameAxis, Hasher};
+use wire::{Digest, FrameAxis, Hasher};
+
+/// The key of block `block`, of inputs whose blocks have the digests that `digest` gives.
+pub(super) fn block_key(
+    base: &Digest,
+    frames: &Frames,
+    block: usize,
+    inputs: &[(String, Arc<Slot>)],
+    mut digest: impl FnMut(&Slot, usize) -> Digest,
+) -> Digest {
+    let (own, needed) = (frames.of_block(block), frames.with_halo(block));
+    let mut hasher = Hasher::new("block");
+    hasher.digest(base).number(own.start as u64).number(own.end as u64);
+    hasher.number(needed.start as u64).number(needed.end as u64);
+    for (label, slot) in inputs {
+        hasher.bytes(label.as_bytes());
+        for index in slot.blocks_of(Some(&needed)) {
+            hasher.digest(&digest(slot, index));
+        }
+    }
+    hasher.finish()
+}
 
 impl Engine {
     /// Computes the keys of a per-frame cell's blocks.
@@ -22,24 +43,13 @@ impl Engine {
         }
         let base = base.finish();
         let slots: Vec<_> = self.framed_links(id).flat_map(|link| self.slots_of(link)).collect();
-        let keys = (0..frames.blocks()).map(|block| {
-            let (own, needed) = (frames.of_block(block), frames.with_halo(block));
-            let mut hasher = Hasher::new("block");
-            hasher.digest(&base).number(own.start as u64).number(own.end as u64);
-            hasher.number(needed.start as u64).number(needed.end as u64);
-            for (label, slot) in &slots {
-                hasher.bytes(label.as_bytes());
-                for index in slot.blocks_of(Some(&needed)) {
-                    hasher.digest(&slot.record().blocks[index]);
-                }
-            }
-            hasher.finish()
-        });
+        let own = |slot: &Slot, index: usize| slot.record().blocks[index];
+        let keys = (0..frames.blocks()).map(|block| block_key(&base, &frames, block, &slots, own));
         made.block_keys = keys.collect();
         self.cells[id].base_key = base;
     }
 
-    fn framed_links(&self, id: CellId) -> impl Iterator<Item = &Link> {
+    pub(super) fn framed_links(&self, id: CellId) -> impl Iterator<Item = &Link> {
         self.cells[id].links.iter().filter(|link| link.framed())
     }
 

@@ -33,6 +33,14 @@ impl SlotSet {
         }
     }
 
+    /// The slot of a single value.
+    pub fn one(&self) -> Option<&Arc<Slot>> {
+        match self {
+            Self::One(slot) => Some(slot),
+            Self::List(_) => None,
+        }
+    }
+
     /// The digest of everything that stands here.
     pub fn digest(&self) -> Digest {
         match self {

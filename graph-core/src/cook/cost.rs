@@ -11,6 +11,14 @@ pub(crate) const CHEAP_S: f64 = 30e-6;
 /// again, with all that is not kept before it, would take longer.
 pub(crate) const FILE_S: f64 = 2e-3;
 
+/// How fast a kept value is read back, in bytes a second, at a careful guess.
+const READ_BYTES_A_SECOND: f64 = 250e6;
+
+/// Whether a value of so many bytes is sooner read than computed again, which takes so many seconds.
+pub(crate) fn sooner_read(bytes: u64, again_s: f64) -> bool {
+    again_s > FILE_S + bytes as f64 / READ_BYTES_A_SECOND
+}
+
 /// Seconds a cell, by kind.
 pub(crate) struct Costs {
     /// The kind of each plan node, as an index.

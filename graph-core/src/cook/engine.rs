@@ -130,6 +130,8 @@ pub struct Engine {
     /// The cell that is computed under each key, and those that wait for its result since they have the same key.
     pub(super) making: HashMap<Digest, CellId>,
     pub(super) twins: HashMap<Digest, Vec<CellId>>,
+    /// The cell that last came to stand under each key, but for plain ones.
+    pub(super) stands: HashMap<Digest, CellId>,
     pub(super) running: usize,
     /// How often cells were made anew.
     pub(super) generation: u64,
@@ -201,6 +203,7 @@ impl Engine {
             tasks: HashMap::new(),
             making: HashMap::new(),
             twins: HashMap::new(),
+            stands: HashMap::new(),
             running: 0,
             generation: 0,
             tasks_begun: 0,

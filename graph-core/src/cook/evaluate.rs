@@ -4,6 +4,8 @@ use super::cell::{CellId, Inputs, Link, Made, SlotSet, Slots, State, Wire};
 use super::engine::Engine;
 use super::event::Event;
 use super::key::{content_of, key_of};
+use super::part::compare;
+use super::results::take_over;
 use super::session::Reason;
 use super::slot::Slot;
 use super::why::told;
@@ -199,6 +201,12 @@ impl Engine {
         if let Some(stood) = self.stood.remove(&name) {
             stood.take_over(cell, &made.key, &mut slots);
         }
+        if let Some(twin) =
+            self.stands.get(&made.key).map(|twin| &self.cells[*twin]).filter(|twin| twin.key() == made.key)
+            && let Some(held) = twin.slots()
+        {
+            take_over(&slots, held);
+        }
         self.summary.blocks_cached += blocks;
         self.tell(|| Event::Cached { node: name, kind: self.kind(id), blocks });
         self.done(id, made, slots);
@@ -224,9 +232,16 @@ impl Engine {
         if differs {
             cell.changed_run = self.session.run;
         }
-        cell.made = made;
+        if let (State::Done(seen), true) = (&cell.state, changed) {
+            compare(self.session.run, seen, &slots);
+        }
+        let key = std::mem::replace(&mut cell.made, made).key;
         cell.plainly_made = false;
         cell.state = State::Done(slots);
+        if self.stands.get(&key) == Some(&id) {
+            self.stands.remove(&key);
+        }
+        self.stands.insert(self.cells[id].made.key, id);
         self.learn_items(id);
         self.settle(id, changed);
     }

@@ -1,10 +1,10 @@
 //! Computing a cheap cell in place: on the coordinating thread, without a task.
 
 use super::cell::{CellId, Link, Made, SlotSet, Slots};
-use super::cost::FILE_S;
+use super::cost::{FILE_S, sooner_read};
 use super::engine::Engine;
 use super::event::Event;
-use super::job::{Desk, Finished, JobError, READ_BYTES_A_SECOND, keep, missing_output, typed};
+use super::job::{Desk, Finished, JobError, keep, missing_output, typed};
 use super::session::Reason;
 use super::slot::{Absent, Slot};
 use super::why::told;
@@ -141,7 +141,7 @@ impl Engine {
         let (axis, block_frames) = (value.axis(), self.shared.block_frames);
         if axis.is_some_and(|axis| axis.count > block_frames) || again_s > FILE_S {
             return keep(&self.shared, port, &value, |record| {
-                let worth = again_s > FILE_S + record.bytes as f64 / READ_BYTES_A_SECOND;
+                let worth = sooner_read(record.bytes, again_s);
                 *kept &= worth;
                 worth
             });

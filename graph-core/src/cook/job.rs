@@ -4,10 +4,13 @@ use super::cell::{SlotSet, Slots};
 use super::cost::{CHEAP_S, FILE_S};
 use super::event::Event;
 use super::key::content_of;
+use super::part::Part;
 use super::shared::Shared;
 use super::slot::{Absent, CookedBlock, Slot, cut, pack_of};
 use crate::node::{Card, Context, Host, Inputs, Node, NodeError, Outputs, PortFacts, PortValue, SourceFile};
 use crate::store::{Action, StoreError, ValueRecord};
+use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -69,6 +72,8 @@ pub(crate) struct Job {
     pub inputs: Vec<JobInput>,
     /// Seconds to have the inputs again, where they are not kept.
     pub before_s: f64,
+    /// Blocks of which only some frames are computed.
+    pub parts: BTreeMap<usize, Part>,
     /// How many blocks a call of a per-frame node may have, at a guess from the calls before.
     pub call_blocks: AtomicUsize,
     /// What is told when the first thread takes this job up.
@@ -196,9 +201,14 @@ impl Job {
         let (mut outputs, reads) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64();
         // What is cheap is not written at all: computing it again takes less than a look into the store.
-        let cheap = !shared.keep_cheap && seconds < CHEAP_S && self.before_s + seconds < FILE_S;
-        let again_s = cheap.then_some(self.before_s + seconds);
-        let write = |record: &ValueRecord| again_s.is_none() && worth_keeping(record, seconds);
+        let again_s = self.before_s + seconds;
+        let cheap = !shared.keep_cheap && seconds < CHEAP_S && again_s < FILE_S;
+        let kept = Cell::new(true);
+        let write = |record: &ValueRecord| {
+            let worth = !cheap && shared.worth_keeping(record, again_s);
+            kept.set(kept.get() && worth);
+            worth
+        };
         let keep = |port: &PortFacts, value: &Arc<dyn Value>| keep(shared, port, value, write);
         let mut sets = Vec::with_capacity(self.card.outputs.len());
         for port in &self.card.outputs {
@@ -212,13 +222,12 @@ impl Job {
                 _ => return Err(missing_output(port)),
             });
         }
-        if let Some(again_s) = again_s {
-            return Ok(Finished { slots: sets.into(), reads, seconds, again_s });
+        if !cheap {
+            let named = self.card.outputs.iter().map(|port| port.name.to_owned()).zip(&sets);
+            let outputs = named.map(|(name, set)| (name, set.record())).collect();
+            shared.writer.action(self.key, Action { outputs, reads: reads.clone(), seconds });
         }
-        let named = self.card.outputs.iter().map(|port| port.name.to_owned()).zip(&sets);
-        let outputs = named.map(|(name, set)| (name, set.record())).collect();
-        shared.writer.action(self.key, Action { outputs, reads: reads.clone(), seconds });
-        Ok(Finished { slots: sets.into(), reads, seconds, again_s: 0.0 })
+        Ok(Finished { slots: sets.into(), reads, seconds, again_s: if kept.get() { 0.0 } else { again_s } })
     }
 }
 
@@ -271,17 +280,6 @@ pub(crate) fn record_of(
         summary,
         bytes: blocks.iter().map(|block| block.encoding.len() as u64).sum(),
     }
-}
-
-/// Bytes below which a time-varying value is always kept.
-const SMALL_BYTES: u64 = 4 << 20;
-/// How fast a kept value is read back, in bytes a second, at a careful guess.
-pub(crate) const READ_BYTES_A_SECOND: f64 = 250e6;
-
-/// Whether a value costs more to compute again than to read. Values without frames are always kept, since they are
-/// what takes share; large time-varying ones only where computing them was dear.
-pub(crate) fn worth_keeping(record: &ValueRecord, seconds: f64) -> bool {
-    record.axis.is_none() || record.bytes <= SMALL_BYTES || seconds > record.bytes as f64 / READ_BYTES_A_SECOND
 }
 
 pub(crate) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {

@@ -1,13 +1,15 @@
 //! Joins the blocks of a per-frame cell, those just computed and those kept from the last cook, into its outputs.
 
 use super::cell::{SlotSet, Slots};
-use super::job::{Finished, JobError, worth_keeping};
+use super::job::{Finished, JobError};
 use super::key::Frames;
+use super::part::note_differences;
 use super::shared::Shared;
 use super::slot::{CookedBlock, Slot};
 use crate::node::{NodeError, PortFacts};
 use crate::store::{Action, OutputRecord, PackWriter, Store, ValueRecord};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 use wire::{Digest, FrameAxis};
 
@@ -20,7 +22,13 @@ pub(crate) struct Join {
     pub kept: BTreeMap<usize, usize>,
     pub before: Option<Action>,
     pub seconds: f64,
+    /// Seconds to have all of it again, with what is not kept before it; none where too few frames were computed to tell.
+    pub again_s: Option<f64>,
     pub frames: Frames,
+    /// The cook that this is.
+    pub run: u64,
+    /// The frames that were computed in each block.
+    pub computed: BTreeMap<usize, Range<usize>>,
     /// The slots of a finished cell whose blocks are only remade.
     pub known: Option<Slots>,
     /// The slots of the last cook, for the values of kept blocks that are in memory.
@@ -33,15 +41,21 @@ impl Join {
         if let Some(known) = &self.known {
             return self.remade(known);
         }
+        let mut kept = true;
         let ports = self.ports.iter().enumerate();
-        let slots = ports.map(|(index, port)| Ok(SlotSet::One(self.join_port(shared, index, port)?)));
+        let slots = ports.map(|(index, port)| {
+            let (slot, stored) = self.join_port(shared, index, port)?;
+            kept &= stored;
+            Ok(SlotSet::One(slot))
+        });
         let slots: Slots = slots.collect::<Result<_, JobError>>()?;
         if let Some(key) = &self.key {
             let named = self.ports.iter().map(|port| port.name.to_owned()).zip(slots.iter());
             let outputs = named.map(|(name, set)| (name, set.record())).collect();
             shared.writer.action(*key, Action { outputs, reads: Vec::new(), seconds: self.seconds });
         }
-        Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds, again_s: 0.0 })
+        let again_s = if kept { 0.0 } else { self.again_s.unwrap_or(self.seconds) };
+        Ok(Finished { slots, reads: Vec::new(), seconds: self.seconds, again_s })
     }
 
     fn remade(&self, known: &Slots) -> Result<Finished, JobError> {
@@ -60,7 +74,8 @@ impl Join {
         Ok(Finished { slots: Arc::clone(known), reads: Vec::new(), seconds: 0.0, again_s: 0.0 })
     }
 
-    fn join_port(&self, shared: &Shared, index: usize, port: &PortFacts) -> Result<Arc<Slot>, JobError> {
+    /// An output, and whether the store keeps it.
+    fn join_port(&self, shared: &Shared, index: usize, port: &PortFacts) -> Result<(Arc<Slot>, bool), JobError> {
         let (frames, store) = (&self.frames, &shared.store);
         let slot = |record| Slot::known(port.kind, record, frames.block, &shared.memory);
         let before = match self.before.as_ref().and_then(|before| before.outputs.get(port.name)) {
@@ -88,33 +103,40 @@ impl Join {
             summary: self.summary(index, port, before.as_ref()),
             bytes,
         };
-        let worth = worth_keeping(&record, self.seconds * frames.blocks() as f64 / self.done.len().max(1) as f64);
+        let held = self.held.as_ref().and_then(|held| held.get(index)).and_then(SlotSet::one);
+        let worth = match (self.again_s, held) {
+            (None, Some(held)) => held.in_store(store),
+            (again_s, _) => shared.worth_keeping(&record, again_s.unwrap_or(f64::INFINITY)),
+        };
         let slot = Arc::new(slot(record));
         for (block, outputs) in &self.done {
             slot.hold(*block, Arc::clone(&outputs[index].value));
         }
-        if let Some(SlotSet::One(held)) = self.held.as_ref().and_then(|held| held.get(index)) {
+        if let Some(held) = held {
             for (block, at) in &self.kept {
                 held.in_block(*at).into_iter().for_each(|value| slot.hold(*block, value));
             }
+            note_differences(self.run, held, &slot, &self.computed);
         }
-        if worth && let Some(pack) = self.pack(store, index, before.as_ref()) {
-            shared.writer.value(&slot, &pack);
+        let pack = if worth { self.pack(store, index, &slot, before.as_ref()) } else { None };
+        if let Some(pack) = &pack {
+            shared.writer.value(&slot, pack);
         }
-        Ok(slot)
+        Ok((slot, pack.is_some()))
     }
 
-    /// All blocks as one pack; `None` where a kept block's bytes are no longer in the store.
-    fn pack(&self, store: &Store, index: usize, before: Option<&Slot>) -> Option<PackWriter> {
+    /// All blocks of `slot` as one pack; `None` where a kept block is neither in memory nor in the store any more.
+    fn pack(&self, store: &Store, index: usize, slot: &Slot, before: Option<&Slot>) -> Option<PackWriter> {
         let mut pack = PackWriter::default();
-        for block in 0..self.frames.blocks() {
-            if let Some(outputs) = self.done.get(&block) {
-                pack.push(outputs[index].digest, Arc::clone(&outputs[index].encoding));
+        for (block, digest) in slot.record().blocks.iter().enumerate() {
+            let encoding = if let Some(outputs) = self.done.get(&block) {
+                Arc::clone(&outputs[index].encoding)
+            } else if let Some(value) = slot.in_block(block) {
+                Arc::new(value.encoded())
             } else {
-                let (before, at) = (before?, *self.kept.get(&block)?);
-                let bytes = before.encoding(store, at).ok()?;
-                pack.push(before.record().blocks[at], Arc::new(bytes));
-            }
+                Arc::new(before?.encoding(store, *self.kept.get(&block)?).ok()?)
+            };
+            pack.push(*digest, encoding);
         }
         Some(pack)
     }

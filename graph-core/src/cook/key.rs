@@ -101,8 +101,12 @@ impl Frames {
 
     /// The frames of the inputs that block `block` needs.
     pub fn with_halo(&self, block: usize) -> Range<usize> {
-        let own = self.of_block(block);
-        own.start.saturating_sub(self.halo)..(own.end + self.halo).min(self.count)
+        self.around(&self.of_block(block))
+    }
+
+    /// The frames of the inputs that frames of the output need.
+    pub fn around(&self, frames: &Range<usize>) -> Range<usize> {
+        frames.start.saturating_sub(self.halo)..(frames.end + self.halo).min(self.count)
     }
 }
 

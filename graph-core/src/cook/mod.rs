@@ -1,8 +1,8 @@
 //! Cooking: bringing every node of a plan up to date.
 //!
 //! [`Engine`] makes cells from the plan (`cell`, `unfold`; `refold` where a list has other items), pushes changes to those that depend on them (`push`, `edit`), asks of
-//! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on the threads of a `crew` (`tasks`, `job`; `blocks` and `join` for cells that work
-//! per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
+//! each dirty one whether its key is known (`key`, `evaluate`), computes what is not: on the threads of a `crew` (`tasks`, `job`; `blocks`, `part` and `join` for cells that
+//! work per frame), or `in_place` where the kind has shown itself to be cheap (`cost`). It takes in what comes back (`results`),
 //! holds values in `slot`s, as many as `memory` allows, has results written to the store (`writer`) and the nodes' files (`publish`),
 //! remembers everything for the next process (`session`) and for `why` (`reason`). What changes while a cook runs is taken in at
 //! once (`live`, `carry`). [`cook()`] does all of it once, unless the graph is at `rest`. What was cooked is looked at through `look`.
@@ -25,6 +25,7 @@ mod live;
 mod look;
 mod memory;
 mod options;
+mod part;
 mod plain;
 mod publish;
 mod push;

@@ -79,7 +79,11 @@ impl Engine {
 
     /// Releases the memory of a cell that nothing will ask any more in this cook.
     pub(super) fn let_go(&mut self, id: CellId) {
-        if self.options.resident || self.turns[id].open_consumers > 0 || self.tasks.contains_key(&id) {
+        let wanted = |id: &CellId| self.tasks.contains_key(id);
+        if self.options.resident
+            || self.turns[id].open_consumers > 0
+            || !self.tasks.is_empty() && (wanted(&id) || self.turns[id].consumers.iter().any(wanted))
+        {
             return;
         }
         let cell = &self.cells[id];

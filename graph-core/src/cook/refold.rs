@@ -44,6 +44,7 @@ impl Engine {
         self.tasks.clear();
         self.making.clear();
         self.twins.clear();
+        self.stands.clear();
         self.failed.clear();
         // Told anew by the cells that are made anew.
         (self.summary.failed, self.summary.skipped, self.summary.blocks_cached) = (0, 0, 0);

@@ -9,6 +9,7 @@ use super::session::Reason;
 use super::stretch::BlockResult;
 use crate::node::{NodeError, PortFacts};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What a job tells the coordinator.
@@ -69,10 +70,11 @@ impl Engine {
     fn received(&mut self, cell: CellId, first: usize, results: Vec<BlockResult>, trouble: Option<JobError>) {
         let Some(task) = self.tasks.get_mut(&cell) else { return };
         task.jobs -= 1;
-        for (block, BlockResult { blocks, seconds, frame_key }) in (first..).zip(results) {
+        for (block, BlockResult { blocks, seconds, frames, frame_key }) in (first..).zip(results) {
             task.seconds += seconds;
             if let Some(blocks) = blocks {
                 task.done.insert(block, blocks);
+                task.computed.insert(block, frames);
             } else {
                 task.blocks.remove(&block);
                 task.kept.insert(block, block);
@@ -100,8 +102,11 @@ impl Engine {
 
     /// Joins a per-frame cell's blocks, those just computed and those kept from the last cook.
     pub(super) fn join(&mut self, id: CellId) {
+        let before_s = self.before_s(id);
         let Some(task) = self.tasks.get_mut(&id) else { return };
         let Some(frames) = task.frames.clone() else { return };
+        let computed = std::mem::take(&mut task.computed);
+        let frames_done = computed.values().map(Range::len).sum::<usize>();
         let join = Join {
             ports: self.cells[id].card.outputs.clone(),
             key: task.fresh.as_ref().map(|(made, _)| made.key),
@@ -109,6 +114,10 @@ impl Engine {
             kept: task.kept.clone(),
             before: task.last.take().map(|last| last.action),
             seconds: task.seconds,
+            again_s: (frames.count <= 4 * frames_done)
+                .then(|| before_s + task.seconds * frames.count as f64 / frames_done as f64),
+            run: self.session.run,
+            computed,
             frames,
             known: self.cells[id].slots().filter(|_| task.fresh.is_none()).cloned(),
             held: self.cells[id].slots().filter(|_| task.fresh.is_some()).cloned(),
@@ -122,6 +131,7 @@ impl Engine {
     fn served(&mut self, id: CellId, finished: Finished) {
         let Some(task) = self.tasks.remove(&id) else { return };
         let name = self.cells[id].name.clone();
+        let remade = task.fresh.is_none();
         if let Some((made, reason)) = task.fresh {
             let key = made.key;
             let blocks = (task.blocks.len(), task.kept.len());
@@ -144,6 +154,12 @@ impl Engine {
             }
         }
         self.wake(task.waiters);
+        if remade {
+            // What it was computed from was held for it, though no cell behind that is in the making.
+            for index in 0..self.turns[id].producers.len() {
+                self.let_go(self.turns[id].producers[index]);
+            }
+        }
     }
 
     /// A cell was computed.
@@ -266,8 +282,8 @@ fn outline((port, set): (&PortFacts, &SlotSet)) -> (String, String) {
     (port.name.to_owned(), line)
 }
 
-/// Hands remade values to the slots that are already known; whether they are the same.
-fn take_over(known: &Slots, made: &Slots) -> bool {
+/// Hands the values of other slots to those that are known; whether they are the same.
+pub(super) fn take_over(known: &Slots, made: &Slots) -> bool {
     known.iter().zip(made.iter()).all(|(set, other)| {
         let (ours, theirs) = (set.slots(), other.slots());
         ours.len() == theirs.len()

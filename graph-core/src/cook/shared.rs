@@ -1,6 +1,7 @@
 //! What the coordinator and the jobs on the pool share.
 
 use super::cell::CellId;
+use super::cost::sooner_read;
 use super::engine::Tell;
 use super::event::Event;
 use super::job::{JobError, panic_text};
@@ -10,7 +11,7 @@ use super::results::Message;
 use super::writer::Writer;
 use crate::files::Fingerprints;
 use crate::node::NodeError;
-use crate::store::Store;
+use crate::store::{Store, ValueRecord};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -38,6 +39,12 @@ impl Shared {
         if let Some(tell) = &self.tell {
             tell(event());
         }
+    }
+
+    /// Whether a value is kept that takes so many seconds to have again. Values without frames always are, since they are
+    /// what takes share.
+    pub fn worth_keeping(&self, record: &ValueRecord, again_s: f64) -> bool {
+        self.keep_cheap || record.axis.is_none() || sooner_read(record.bytes, again_s)
     }
 
     /// Runs `work`; a panic in it fails the cell alone.

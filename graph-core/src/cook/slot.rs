@@ -1,6 +1,7 @@
 //! Slots: a value as the cook holds it: its record always, its blocks in memory or in the store as it happens.
 
 use super::memory::Memory;
+use super::part::Differences;
 use crate::store::{Pack, PackWriter, Store, ValueRecord};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -92,7 +93,10 @@ pub(crate) struct Slot {
     pub bytes: u64,
     /// The whole record; of a single block that is in memory only once somebody asks for it.
     record: OnceLock<Box<ValueRecord>>,
-    block_frames: usize,
+    /// Frames in a block.
+    pub block_frames: usize,
+    /// How it differs from what stood in its place before, where that is known.
+    differences: OnceLock<Differences>,
     places: Places,
     pack: Mutex<Option<Pack>>,
     stored: AtomicU8,
@@ -115,7 +119,8 @@ impl Slot {
         let (digest, axis, bytes) = (record.digest, record.axis, record.bytes);
         let (pack, stored, memory) = (Mutex::new(None), AtomicU8::new(UNKNOWN), Arc::clone(memory));
         let record = OnceLock::from(Box::new(record));
-        Self { kind, digest, axis, bytes, record, block_frames, places, pack, stored, memory }
+        let differences = OnceLock::new();
+        Self { kind, digest, axis, bytes, record, block_frames, differences, places, pack, stored, memory }
     }
 
     /// A value of one block, in memory, whose encoding has this digest and so many bytes.
@@ -133,6 +138,7 @@ impl Slot {
             bytes,
             record: OnceLock::new(),
             block_frames,
+            differences: OnceLock::new(),
             places: Places::One(Mutex::new(Some(value))),
             pack: Mutex::new(None),
             stored: AtomicU8::new(UNKNOWN),
@@ -162,6 +168,16 @@ impl Slot {
     /// The value of a block, where it is in memory.
     pub fn in_block(&self, block: usize) -> Option<Arc<dyn Value>> {
         self.places.blocks().get(block).and_then(|place| lock(place).clone())
+    }
+
+    /// Notes how it differs from what stood in its place before.
+    pub fn differs(&self, differences: Differences) {
+        let _ = self.differences.set(differences);
+    }
+
+    /// How it differs from what stood in its place before the cook `run`, where that cook made it.
+    pub fn differences(&self, run: u64) -> Option<&Differences> {
+        self.differences.get().filter(|differences| differences.run == run)
     }
 
     /// Puts a value into memory in place of what was there, or takes it out.
@@ -226,6 +242,15 @@ impl Slot {
         *pack = None;
     }
 
+    /// Whether the store holds the value, or is about to.
+    pub fn in_store(&self, store: &Store) -> bool {
+        if self.stored.load(Ordering::Relaxed) == UNKNOWN {
+            let state = if store.has_pack(&self.digest) { STORED } else { ABSENT };
+            self.stored.store(state, Ordering::Relaxed);
+        }
+        self.is_stored()
+    }
+
     /// Whether the store is known to hold the value, or about to.
     pub fn is_stored(&self) -> bool {
         matches!(self.stored.load(Ordering::SeqCst), STORED | ON_ITS_WAY)
@@ -243,11 +268,7 @@ impl Slot {
 
     /// The blocks among `blocks` that would have to be computed again.
     pub fn absent(&self, store: &Store, blocks: Range<usize>) -> Vec<usize> {
-        if self.stored.load(Ordering::Relaxed) == UNKNOWN {
-            let state = if store.has_pack(&self.digest) { STORED } else { ABSENT };
-            self.stored.store(state, Ordering::Relaxed);
-        }
-        if self.is_stored() || lock(self.places.whole()).is_some() {
+        if self.in_store(store) || lock(self.places.whole()).is_some() {
             return Vec::new();
         }
         blocks.filter(|block| lock(&self.places.blocks()[*block]).is_none()).collect()

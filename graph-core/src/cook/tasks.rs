@@ -15,6 +15,7 @@ use super::stretch::stretches;
 use super::why::told;
 use crate::store::Action;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize};
 use std::sync::{Arc, Mutex};
 use wire::Digest;
@@ -35,6 +36,8 @@ pub(crate) struct Task {
     pub last: Option<Last>,
     pub done: BTreeMap<usize, Vec<CookedBlock>>,
     pub seconds: f64,
+    /// The frames that were computed in each block.
+    pub computed: BTreeMap<usize, Range<usize>>,
     /// Tasks of producers that this one waits for.
     pub waits: usize,
     pub waiters: Vec<CellId>,
@@ -255,7 +258,7 @@ impl Engine {
         let last = task.last.as_ref().filter(|_| task.fresh.is_some());
         let before: Arc<[Digest]> = last.map(|last| last.frame_keys.as_slice()).unwrap_or_default().into();
         let Some(threads) = self.threads() else { return };
-        for stretch in stretches(&blocks, &frames, threads) {
+        for stretch in stretches(&blocks, &frames, threads, &job.parts) {
             let (job, frames, before) = (Arc::clone(&job), frames.clone(), Arc::clone(&before));
             if let Some(task) = self.tasks.get_mut(&id) {
                 task.jobs += 1;
@@ -289,6 +292,7 @@ impl Engine {
             stale: Arc::clone(&task.stale),
             inputs,
             before_s: self.before_s(id),
+            parts: self.parts(id),
             call_blocks: AtomicUsize::new(1),
             started: Mutex::new(started),
         }
@@ -311,6 +315,7 @@ impl Task {
             last: None,
             done: BTreeMap::new(),
             seconds: 0.0,
+            computed: BTreeMap::new(),
             waits: 0,
             waiters: Vec::new(),
             jobs: 0,

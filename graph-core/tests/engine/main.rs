@@ -8,6 +8,7 @@ mod live;
 mod model;
 mod nesting;
 mod oracle;
+mod parts;
 mod random;
 mod rendered;
 mod rest;

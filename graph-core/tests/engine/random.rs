@@ -83,13 +83,13 @@ impl Studio {
 }
 
 /// An engine that stays, and what it told since it was last asked.
-struct Resident {
-    engine: Engine,
+pub struct Resident {
+    pub engine: Engine,
     told: Arc<Mutex<Vec<Event>>>,
 }
 
 impl Resident {
-    fn open(project: &Project, options: &Options) -> Self {
+    pub fn open(project: &Project, options: &Options) -> Self {
         let told = Arc::new(Mutex::new(Vec::new()));
         let events = Arc::clone(&told);
         let tell: Arc<Tell> = Arc::new(move |event| events.lock().unwrap().push(event));
@@ -100,7 +100,7 @@ impl Resident {
         Self { engine, told }
     }
 
-    fn cook(&mut self) -> Cooked {
+    pub fn cook(&mut self) -> Cooked {
         let summary = self.engine.cook().unwrap();
         self.engine.remember().unwrap();
         Cooked { events: std::mem::take(&mut self.told.lock().unwrap()), summary }

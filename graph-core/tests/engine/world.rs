@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use wire::{Data, DecodeError, Decoder, Encoder, FrameAxis, JoinError, Value, ValueKind};
 
@@ -223,6 +223,20 @@ kind!(
         let (series, more) = (inputs.get(&SERIES)?, f64::from(version_of(node.slot) / 2));
         let values = series.values.iter().map(|value| value + more).collect();
         Ok(Outputs::default().with(&SERIES, Series { axis: series.axis, values }))
+    }
+);
+
+/// Frames that `count` nodes gave since it was last set.
+pub static COUNTED: AtomicUsize = AtomicUsize::new(0);
+
+kind!(
+    /// Gives what it takes, and counts the frames.
+    Count, "count", {},
+    |_| Card::new("work").takes(&SERIES).gives(&SERIES).per_frame(0),
+    |_, _, inputs| {
+        let series = inputs.get(&SERIES)?;
+        COUNTED.fetch_add(series.values.len(), Ordering::Relaxed);
+        Ok(Outputs::default().with(&SERIES, series.clone()))
     }
 );
 
