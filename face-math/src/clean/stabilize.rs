@@ -38,6 +38,14 @@ pub enum StabilizeError {
         /// Its frames.
         frames: usize,
     },
+    /// The posed face has other frames than the take.
+    #[error("the posed face has {posed} frames, the take {take}; solve the same take")]
+    PosedFrames {
+        /// Its frames.
+        posed: usize,
+        /// Those of the take.
+        take: usize,
+    },
     /// A rigid marker has no place at rest, or none in the take.
     #[error("rigid marker `{marker}` {lacks}{}; choose markers that both have", near.as_ref().map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default())]
     Unplaced {
@@ -82,14 +90,17 @@ impl Default for StabilizeOptions {
     }
 }
 
-/// Stabilises `take` (metres) by the markers `rigid`, whose places at rest stand in the one frame of `neutral`.
+/// Stabilises `take` (metres) by the markers `rigid`, whose places at rest stand in the one frame of `neutral`. Where a solve of the
+/// take is known, `posed` are the same markers as its puppet moves them, frame by frame: they then stand in for the places at
+/// rest, so that markers that move with the face tell of the head too.
 ///
 /// # Errors
-/// Where `neutral` has not one frame, fewer than three rigid markers are given, one of them has no place, or the tolerance
-/// is not positive.
+/// Where `neutral` has not one frame or `posed` not those of the take, fewer than three rigid markers are given, one of them has
+/// no place, or the tolerance is not positive.
 pub fn stabilize(
     take: &Markers,
     neutral: &Markers,
+    posed: Option<&Markers>,
     rigid: &[String],
     options: &StabilizeOptions,
 ) -> Result<Stabilized, StabilizeError> {
@@ -104,12 +115,17 @@ pub fn stabilize(
         return Err(StabilizeError::TooFew { count: rigid.len() });
     }
     let places = rigid.iter().map(|name| placed(name, take, neutral)).collect::<Result<Vec<_>, _>>()?;
+    let own_places = posed.map(|posed| posed_columns(posed, take, rigid)).transpose()?;
     let mut found = Vec::with_capacity(take.frames());
     for frame in 0..take.frames() {
         let points = take.frame(frame);
-        let seen = places.iter().filter(|(column, _)| points[*column].is_finite());
+        let place = |index: usize| match (posed, &own_places) {
+            (Some(posed), Some(columns)) => posed.frame(frame)[columns[index]].as_dvec3(),
+            _ => places[index].1,
+        };
+        let pairs = places.iter().enumerate().map(|(index, (column, _))| (points[*column].as_dvec3(), place(index)));
         let (seen, rest): (Vec<DVec3>, Vec<DVec3>) =
-            seen.map(|(column, place)| (points[*column].as_dvec3(), *place)).unzip();
+            pairs.filter(|(seen, place)| seen.is_finite() && place.is_finite()).unzip();
         found.push(steady(&rest, &seen, tolerance_m));
     }
     let centre = places.iter().map(|(_, place)| *place).sum::<DVec3>() / places.len() as f64;
@@ -160,6 +176,21 @@ fn placed(name: &str, take: &Markers, neutral: &Markers) -> Result<(usize, DVec3
         let lacks = "is missing on the face at rest";
         Err(StabilizeError::Unplaced { marker: name.to_owned(), lacks, near: None })
     }
+}
+
+/// Columns of the rigid markers on the posed face.
+fn posed_columns(posed: &Markers, take: &Markers, rigid: &[String]) -> Result<Vec<usize>, StabilizeError> {
+    if posed.frames() != take.frames() {
+        return Err(StabilizeError::PosedFrames { posed: posed.frames(), take: take.frames() });
+    }
+    let column = |name: &String| {
+        posed.index(name).ok_or_else(|| StabilizeError::Unplaced {
+            marker: name.clone(),
+            lacks: "is not on the posed face",
+            near: nearest_name(name, posed.names().iter().map(String::as_str)),
+        })
+    };
+    rigid.iter().map(column).collect()
 }
 
 /// The six channels of a motion.
@@ -224,7 +255,7 @@ mod tests {
     #[test]
     fn the_head_is_held_still_and_its_motion_told() {
         let (still, moved) = take();
-        let found = stabilize(&moved, &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
+        let found = stabilize(&moved, &neutral(), None, &rigid(), &tolerance(1e-3)).unwrap();
         for (a, b) in found.markers.positions().iter().zip(still.positions()) {
             assert!(a.distance(*b) < 1e-6, "{a} {b}");
         }
@@ -245,7 +276,7 @@ mod tests {
             positions[frame * 12 + frame % 4] += Vec3::new(0.02, -0.01, 0.03);
         }
         let found =
-            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
+            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), None, &rigid(), &tolerance(1e-3)).unwrap();
         for frame in 20..40 {
             assert_eq!(found.fit.frame(frame)[1] as usize, 3);
             for column in 4..12 {
@@ -256,12 +287,28 @@ mod tests {
     }
 
     #[test]
+    fn a_posed_face_tells_of_the_head_by_markers_that_move() {
+        let (still, moved) = take();
+        let skin: Vec<String> = (4..12).map(|index| format!("skin_{index}")).collect();
+        let options = tolerance(0.05);
+        let apart = |posed| {
+            let found = stabilize(&moved, &neutral(), posed, &skin, &options).unwrap();
+            let pairs = found.markers.positions().iter().zip(still.positions());
+            pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max)
+        };
+        assert!(apart(None) > 5e-3, "{}", apart(None));
+        assert!(apart(Some(&still)) < 1e-6, "{}", apart(Some(&still)));
+        let error = stabilize(&moved, &neutral(), Some(&neutral()), &skin, &options).unwrap_err().to_string();
+        assert!(error.contains("the posed face has 1 frames, the take 60"), "{error}");
+    }
+
+    #[test]
     fn frames_without_three_rigid_markers_are_missing_and_counted() {
         let (_, moved) = take();
         let mut positions = moved.positions().to_vec();
         positions[5 * 12..5 * 12 + 2].fill(Vec3::NAN);
         let found =
-            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), &rigid(), &tolerance(1e-3)).unwrap();
+            stabilize(&moved.with_positions(positions).unwrap(), &neutral(), None, &rigid(), &tolerance(1e-3)).unwrap();
         assert_eq!((found.lost_frames, found.markers.missing()), (1, 12));
         assert!(found.motion.frame(5).iter().all(|value| value.is_nan()));
     }
@@ -271,7 +318,7 @@ mod tests {
         let (_, moved) = take();
         let fault = |neutral: &Markers, rigid: &[&str], tolerance_m: f64| {
             let rigid: Vec<_> = rigid.iter().map(|name| (*name).to_owned()).collect();
-            stabilize(&moved, neutral, &rigid, &tolerance(tolerance_m)).unwrap_err().to_string()
+            stabilize(&moved, neutral, None, &rigid, &tolerance(tolerance_m)).unwrap_err().to_string()
         };
         let at_rest = neutral();
         assert!(fault(&at_rest, &["head_0", "head_1", "haed_2"], 1e-3).contains("did you mean `head_2`?"));

@@ -11,6 +11,11 @@ use serde::{Deserialize, Serialize};
 const MARKERS: Port<Markers> = Port::new("markers", "a take's markers, in metres, moving with the head");
 const NEUTRAL: Port<Markers> =
     Port::new("neutral", "one frame: the markers' places on the face at rest, in metres; the head is held there");
+const POSED: Port<Markers> = Port::new(
+    "posed",
+    "the same markers and frames as a solve of the take moves them (`synthesize_markers`), in metres: places that take those \
+     at rest, so that markers that move with the face tell of the head too",
+);
 const STILL: Port<Markers> = Port::new(
     "markers",
     "the same markers and frames, the head at rest; all missing in frames whose motion could not be told",
@@ -33,6 +38,9 @@ const FIT: Port<Curves> = Port::new(
 ///
 /// Where `rigid` names none, they are found: those whose distances from one another vary least over the take. That needs
 /// the whole take at once; naming them keeps the work to the frames that change.
+///
+/// Real skin slides over the skull nearly everywhere. Once a take is solved, a second pass can hold the head by every marker
+/// that the puppet meets: `posed` then says where each belongs in each frame.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StabilizeHead {
@@ -68,7 +76,8 @@ graph_core::register!(StabilizeHead);
 #[typetag::serde(name = "stabilize_head")]
 impl Node for StabilizeHead {
     fn card(&self) -> Card {
-        let card = Card::new("clean").takes(&MARKERS).takes(&NEUTRAL).still().gives(&STILL).gives(&MOTION).gives(&FIT);
+        let card = Card::new("clean").takes(&MARKERS).takes(&NEUTRAL).still().may_take(&POSED);
+        let card = card.gives(&STILL).gives(&MOTION).gives(&FIT);
         if self.rigid.is_empty() { card } else { card.per_frame(calm_reach(self.smoothing_frames)) }
     }
 
@@ -90,7 +99,7 @@ impl Node for StabilizeHead {
             smoothing_frames: self.smoothing_frames,
             least_motion_m: self.least_motion_mm / 1000.0,
         };
-        let found = stabilize(take, neutral, &rigid, &options).map_err(told)?;
+        let found = stabilize(take, neutral, inputs.may_get(&POSED)?, &rigid, &options).map_err(told)?;
         context.progress(1.0, &[("rigid markers", rigid.len() as f64), ("lost frames", found.lost_frames as f64)]);
         Ok(Outputs::default().with(&STILL, found.markers).with(&MOTION, found.motion).with(&FIT, found.fit))
     }
@@ -99,6 +108,7 @@ impl Node for StabilizeHead {
 /// The error with the port or parameter that it is about.
 fn told(error: StabilizeError) -> NodeError {
     match error {
+        StabilizeError::PosedFrames { .. } => NodeError::input(POSED.name(), error),
         StabilizeError::NeutralFrames { .. } => NodeError::input(NEUTRAL.name(), error),
         StabilizeError::Unplaced { .. } | StabilizeError::TooFew { .. } => NodeError::parameter("rigid", error),
         StabilizeError::Tolerance { .. } => NodeError::parameter("tolerance_mm", error),
