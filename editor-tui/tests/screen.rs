@@ -65,3 +65,19 @@ fn everything_fits_the_smallest_screen() {
     press(&mut state, "?");
     assert!(screen(&state).contains("go to where the wire comes from"));
 }
+
+#[test]
+fn help_ends_at_its_last_line() {
+    for size in [(80, 24), (120, 14)] {
+        let mut state = over(&[("graph.ron", GRAPH), ("inner.ron", INNER)], size);
+        press(&mut state, "?");
+        let first = screen(&state);
+        press(&mut state, &"j ".repeat(300));
+        let last = screen(&state);
+        assert_ne!(first, last);
+        press(&mut state, "k");
+        assert_ne!(screen(&state), last, "one step back shows at once");
+        press(&mut state, "j");
+        assert_eq!(screen(&state), last);
+    }
+}

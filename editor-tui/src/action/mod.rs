@@ -35,6 +35,7 @@ mod zoom;
 pub use add::listed as listed_kinds;
 pub use curves::channels_like as listed_channels;
 pub use find::found as listed_nodes;
+pub use help::{HELP_SIZE, columns, listed_keys};
 pub use keys::update;
 pub use wire::listed as listed_wires;
 

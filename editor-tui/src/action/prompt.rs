@@ -1,6 +1,6 @@
 //! Keys while a line is typed, a palette is open, or a question is asked.
 
-use super::{add, curves, edit_key, edit_value, find, journal, rename, wire};
+use super::{add, curves, edit_key, edit_value, find, help, journal, rename, wire};
 use crate::model::line::Line;
 use crate::model::{Ask, Effect, Overlay, State};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -53,13 +53,7 @@ pub fn in_overlay(state: &mut State, key: &KeyEvent) -> Vec<Effect> {
     match std::mem::take(&mut state.overlay) {
         Overlay::None => Vec::new(),
         Overlay::Help(top) => {
-            match key.code {
-                KeyCode::Down | KeyCode::Char('j') => state.overlay = Overlay::Help(top + 1),
-                KeyCode::Up | KeyCode::Char('k') => state.overlay = Overlay::Help(top.saturating_sub(1)),
-                KeyCode::PageDown | KeyCode::Char(' ') => state.overlay = Overlay::Help(top + 10),
-                KeyCode::PageUp => state.overlay = Overlay::Help(top.saturating_sub(10)),
-                _ => {}
-            }
+            help::scroll(state, top, key);
             Vec::new()
         }
         Overlay::Question(question) => journal::answer(state, question, key),

@@ -2,7 +2,7 @@
 
 use super::theme::Theme;
 use super::{cut, help, put, wrap};
-use crate::action::{listed_channels, listed_kinds, listed_nodes, listed_wires};
+use crate::action::{HELP_SIZE, listed_channels, listed_kinds, listed_nodes, listed_wires};
 use crate::model::line::Line;
 use crate::model::wiring::Fit;
 use crate::model::{Ask, Overlay, Question, State};
@@ -16,7 +16,7 @@ pub fn draw(state: &State, theme: Theme, whole: Rect, buffer: &mut Buffer) -> Op
     match &state.overlay {
         Overlay::None => None,
         Overlay::Help(top) => {
-            let area = window(theme, whole, (92, whole.height.saturating_sub(2)), "keys – esc closes", buffer);
+            let area = window(theme, whole, HELP_SIZE, "keys – esc closes", buffer);
             help::draw(state, theme, area, *top, buffer);
             None
         }

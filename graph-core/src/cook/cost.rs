@@ -11,6 +11,9 @@ pub(crate) const CHEAP_S: f64 = 30e-6;
 /// again, with all that is not kept before it, would take longer.
 pub(crate) const FILE_S: f64 = 2e-3;
 
+/// Bytes up to which a time-varying value that is not cheap is always kept.
+pub(crate) const SMALL_BYTES: u64 = 256 << 10;
+
 /// How fast a kept value is read back, in bytes a second, at a careful guess.
 const READ_BYTES_A_SECOND: f64 = 250e6;
 

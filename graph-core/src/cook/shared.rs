@@ -1,7 +1,7 @@
 //! What the coordinator and the jobs on the pool share.
 
 use super::cell::CellId;
-use super::cost::sooner_read;
+use super::cost::{SMALL_BYTES, sooner_read};
 use super::engine::Tell;
 use super::event::Event;
 use super::job::{JobError, panic_text};
@@ -42,9 +42,10 @@ impl Shared {
     }
 
     /// Whether a value is kept that takes so many seconds to have again. Values without frames always are, since they are
-    /// what takes share.
+    /// what takes share, and small ones.
     pub fn worth_keeping(&self, record: &ValueRecord, again_s: f64) -> bool {
-        self.keep_cheap || record.axis.is_none() || sooner_read(record.bytes, again_s)
+        let small = record.bytes <= SMALL_BYTES;
+        self.keep_cheap || record.axis.is_none() || small || sooner_read(record.bytes, again_s)
     }
 
     /// Runs `work`; a panic in it fails the cell alone.
