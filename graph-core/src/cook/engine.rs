@@ -264,6 +264,8 @@ impl Engine {
             }
         }
         self.stood.clear();
+        self.shared.memory.look_again();
+        self.make_room();
         for damage in self.shared.store.take_damages() {
             self.tell(|| Event::Notice { about: damage.file.display().to_string(), message: damage.message });
         }

@@ -1,6 +1,6 @@
-//! Memory: how much of it a cook may take, and how much its values hold. Half of the budget is for values between nodes; what
-//! the store holds is let go of above that, and read again where it is needed. The rest is for nodes at work, which are
-//! refused what exceeds it.
+//! Memory: how much of it a cook may take, and how much its values hold. Half of the budget is for values between nodes; above
+//! that, what the store holds is let go of, and read again where it is needed, then what is kept for later alone, and computed
+//! again. The rest is for nodes at work, which are refused what exceeds it.
 
 use super::cell::SlotSet;
 use super::engine::Engine;
@@ -32,6 +32,11 @@ impl Memory {
         self.held.fetch_sub(bytes as u64, Ordering::Relaxed);
     }
 
+    /// Says that values may be let go of that could not before.
+    pub fn look_again(&self) {
+        self.worth_looking.store(self.budget / 2, Ordering::Relaxed);
+    }
+
     fn held(&self) -> u64 {
         self.held.load(Ordering::Relaxed)
     }
@@ -43,19 +48,24 @@ impl Engine {
         self.shared.memory.held()
     }
 
-    /// Lets go of values that the store holds, those of the earliest cells first, where values take more than they may.
+    /// Lets go of values, those of the earliest cells first, where they take more than they may: of those that the store holds,
+    /// then of those that no cell in the making asks for.
     pub(super) fn make_room(&self) {
         let memory = &self.shared.memory;
         if memory.held() <= memory.worth_looking.load(Ordering::Relaxed) {
             return;
         }
         let enough = memory.budget / 2 - memory.budget / 16;
-        for cell in &self.cells {
-            if memory.held() <= enough {
-                break;
+        for stored in [true, false] {
+            for (id, cell) in self.cells.iter().enumerate() {
+                if memory.held() <= enough {
+                    break;
+                }
+                if stored || !self.is_wanted(id) {
+                    let slots = cell.slots().into_iter().flat_map(|sets| sets.iter()).flat_map(SlotSet::slots);
+                    slots.filter(|slot| !stored || slot.is_stored()).for_each(|slot| slot.release());
+                }
             }
-            let sets = cell.slots().into_iter().flat_map(|slots| slots.iter());
-            sets.flat_map(SlotSet::slots).filter(|slot| slot.is_stored()).for_each(|slot| slot.release());
         }
         // Where little could go, another look pays only after more has come.
         let next = (memory.held() + memory.budget / 16).max(memory.budget / 2);

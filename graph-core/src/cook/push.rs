@@ -77,13 +77,16 @@ impl Engine {
         }
     }
 
+    /// Whether a cell in the making, or its own making, asks for what stands on its outputs.
+    pub(super) fn is_wanted(&self, id: CellId) -> bool {
+        let in_the_making = |id: &CellId| self.tasks.contains_key(id);
+        self.turns[id].open_consumers > 0
+            || !self.tasks.is_empty() && (in_the_making(&id) || self.turns[id].consumers.iter().any(in_the_making))
+    }
+
     /// Releases the memory of a cell that nothing will ask any more in this cook.
     pub(super) fn let_go(&mut self, id: CellId) {
-        let wanted = |id: &CellId| self.tasks.contains_key(id);
-        if self.options.resident
-            || self.turns[id].open_consumers > 0
-            || !self.tasks.is_empty() && (wanted(&id) || self.turns[id].consumers.iter().any(wanted))
-        {
+        if self.options.resident || self.is_wanted(id) {
             return;
         }
         let cell = &self.cells[id];

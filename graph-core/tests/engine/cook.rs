@@ -316,6 +316,37 @@ fn values_that_memory_has_no_room_for_are_let_go_and_read_again() {
 }
 
 #[test]
+fn values_that_are_kept_nowhere_are_let_go_once_nobody_asks_for_them() {
+    const FRAMES: usize = 40_000;
+    let of_take = |take: usize| {
+        format!(
+            "\"read{take}\": (kind: \"read\", with: (path: \"takes/{take}.txt\")),\n\
+             \"scale{take}\": (kind: \"scale\", in: {{\"series\": \"read{take}\"}}),\n\
+             \"sum{take}\": (kind: \"sum\", in: {{\"series\": [\"scale{take}\"]}}),\n"
+        )
+    };
+    let nodes: String = (0..20).map(of_take).collect();
+    let mut project = Project::new(&format!("(grimace: 1, nodes: {{\n{nodes}}})"));
+    let budget = 8 * 8 * FRAMES as u64;
+    let memory_bytes = Some(budget);
+    // Scaled values are computed sooner than read, so the store has none of them.
+    project.options = Options { memory_bytes, resident: true, keep_cheap: false, jobs: 2, ..Options::default() };
+    for take in 0..20 {
+        project.series(&format!("takes/{take}.txt"), FRAMES, |t| (t * take) as f64);
+    }
+    let plan = load(&project.path("graph.ron"), &[]).unwrap();
+    let mut engine = Engine::new(plan, &[], project.store(), project.options.clone(), Arc::default(), None).unwrap();
+    let summary = engine.cook().unwrap();
+    assert_eq!((summary.cooked, summary.failed), (60, 0));
+    assert!(engine.held_bytes() <= budget, "{} bytes", engine.held_bytes());
+    // They are there again for who looks at them.
+    for take in [0, 19] {
+        let values = engine.values(&format!("scale{take}"), "series").unwrap();
+        assert_eq!(values[""].axis().unwrap().count, FRAMES);
+    }
+}
+
+#[test]
 fn what_two_nodes_compute_alike_is_computed_once() {
     let nodes = |count: usize, node: &dyn Fn(usize) -> String| (0..count).map(node).collect::<Vec<_>>().join(",\n");
     let alike = nodes(6, &|node| format!("\"sum{node}\": (kind: \"sum\", in: {{\"series\": [\"read\"]}})"));
