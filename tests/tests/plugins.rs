@@ -7,7 +7,7 @@ use plugin_host::build::{build, component, missing_tools};
 use plugin_host::sha256;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use whole_system::{Pane, Project};
+use whole_system::{Pane, Project, root};
 
 fn examples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../plugins/examples")
@@ -233,6 +233,22 @@ fn hostile_plugins_fail_alone_and_nothing_of_them_is_kept() {
     }
 }
 
+/// Whether a component says nothing of where it was built: paths of a machine would also make other bytes on another.
+fn assert_tells_no_place(component: &Path) {
+    let bytes = std::fs::read(component).unwrap();
+    let bytes = String::from_utf8_lossy(&bytes);
+    for place in ["/.cargo/", root().to_str().unwrap()] {
+        assert!(!bytes.contains(place), "{} tells of {place}", component.display());
+    }
+}
+
+#[test]
+fn the_examples_tell_of_no_machine() {
+    for plugin in ["limit", "smoothing", "wrinkles", "envelope"] {
+        assert_tells_no_place(&examples().join(format!("plugins/{plugin}/{plugin}.wasm")));
+    }
+}
+
 #[test]
 fn what_is_built_from_the_sources_computes_what_the_components_beside_them_do() {
     for (plugin, language) in
@@ -248,6 +264,7 @@ fn what_is_built_from_the_sources_computes_what_the_components_beside_them_do() 
         let project = with_examples();
         let built = build(&examples().join("plugins").join(plugin), Some(&project.path("built.wasm")));
         built.unwrap_or_else(|problem| panic!("{plugin}: {problem}"));
+        assert_tells_no_place(&project.path("built.wasm"));
         let component = format!("plugins/{plugin}/{plugin}.wasm");
         std::fs::rename(project.path("built.wasm"), project.path(&component)).unwrap();
         project.run(&["snapshot", "check", "graph.ron"]).ended_with(0);

@@ -114,16 +114,28 @@ fn rust(folder: &Path) -> Result<PathBuf, BuildError> {
             cure: "`rustup target add wasm32-unknown-unknown` brings it",
         });
     }
-    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.current_dir(folder).args([
+    let cargo = || {
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.current_dir(folder);
+        cargo
+    };
+    let flags = if ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", FLAGS].iter().all(|name| std::env::var_os(name).is_none()) {
+        let metadata =
+            run(cargo().args(["metadata", "--format-version=1", "--filter-platform", "wasm32-unknown-unknown"]))?;
+        Some([vec![RUST_FLAGS.to_owned()], without_paths(&metadata)].concat().join("\x1f"))
+    } else {
+        None
+    };
+    let mut cargo = cargo();
+    cargo.args([
         "build",
         "--release",
         "--target",
         "wasm32-unknown-unknown",
         "--message-format=json-render-diagnostics",
     ]);
-    if std::env::var_os("RUSTFLAGS").is_none() && std::env::var_os(FLAGS).is_none() {
-        cargo.env(FLAGS, RUST_FLAGS);
+    if let Some(flags) = flags {
+        cargo.env("CARGO_ENCODED_RUSTFLAGS", flags);
     }
     let messages = run(&mut cargo)?;
     let text = String::from_utf8_lossy(&messages);
@@ -135,6 +147,18 @@ fn rust(folder: &Path) -> Result<PathBuf, BuildError> {
     module.next_back().ok_or_else(|| BuildError::Component {
         problem: "cargo gave no .wasm file: its Cargo.toml needs crate-type = [\"cdylib\"]".to_owned(),
     })
+}
+
+/// Flags by which the compiler names the sources of each package of cargo's metadata by the package alone. The places of
+/// panics would otherwise tell where they stood on this machine, and another machine would build other bytes.
+fn without_paths(metadata: &[u8]) -> Vec<String> {
+    let metadata: serde_json::Value = serde_json::from_slice(metadata).unwrap_or_default();
+    let flag = |package: &serde_json::Value| {
+        let folder = Path::new(package["manifest_path"].as_str()?).parent()?.to_str()?;
+        let (name, version) = (package["name"].as_str()?, package["version"].as_str()?);
+        Some(format!("--remap-path-prefix={folder}={name}-{version}"))
+    };
+    metadata["packages"].as_array().into_iter().flatten().filter_map(flag).collect()
 }
 
 fn c(folder: &Path, scratch: &Path) -> Result<PathBuf, BuildError> {
