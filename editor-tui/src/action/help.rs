@@ -28,13 +28,15 @@ pub fn scroll(state: &mut State, top: usize, key: &KeyEvent) {
     let room = |of: u16, most: u16, frame: u16| of.saturating_sub(2).min(most).saturating_sub(frame);
     let (width, height) = state.size;
     let (width, height) = (room(width, HELP_SIZE.0, FRAME.0), room(height, HELP_SIZE.1, FRAME.1));
-    let rows = listed_keys(state).len().div_ceil(columns(width));
-    state.overlay = Overlay::Help(top.min(rows.saturating_sub(usize::from(height))));
+    let (_, _, last) = columns(listed_keys(state).len(), (width, height));
+    state.overlay = Overlay::Help(top.min(last));
 }
 
-/// In how many columns keys stand side by side.
-pub fn columns(width: u16) -> usize {
-    usize::from((width / LEAST_WIDTH).max(1))
+/// In how many columns so many keys stand side by side, how many in each, and the last line that is shown as the first.
+pub fn columns(keys: usize, (width, height): (u16, u16)) -> (usize, usize, usize) {
+    let columns = usize::from((width / LEAST_WIDTH).max(1));
+    let in_each = keys.div_ceil(columns);
+    (columns, in_each, in_each.saturating_sub(usize::from(height)))
 }
 
 /// The keys that do something here, up to three for each action, and what that is.

@@ -11,10 +11,8 @@ use ratatui::style::Modifier;
 /// Draws the keys into `area`, from line `top` on.
 pub fn draw(state: &State, theme: Theme, area: Rect, top: usize, buffer: &mut Buffer) {
     let lines = listed_keys(state);
-    let columns = columns(area.width);
-    let per_column = lines.len().div_ceil(columns);
-    let room = usize::from(area.height);
-    let top = top.min(per_column.saturating_sub(room));
+    let (columns, per_column, last) = columns(lines.len(), (area.width, area.height));
+    let (room, top) = (usize::from(area.height), top.min(last));
     let width = i32::from(area.width) / columns as i32;
     for (at, (keys, does)) in lines.iter().enumerate() {
         let (column, row) = (at / per_column, at % per_column);

@@ -29,16 +29,14 @@ pub(crate) struct Join {
     pub run: u64,
     /// The frames that were computed in each block.
     pub computed: BTreeMap<usize, Range<usize>>,
-    /// The slots of a finished cell whose blocks are only remade.
-    pub known: Option<Slots>,
-    /// The slots of the last cook, for the values of kept blocks that are in memory.
+    /// What stands on the outputs so far: what is remade, or the last cook's, for the values of kept blocks that are in memory.
     pub held: Option<Slots>,
 }
 
 impl Join {
     /// The outputs, written to the store where that is worth it.
     pub fn run(self, shared: &Shared) -> Result<Finished, JobError> {
-        if let Some(known) = &self.known {
+        if let (None, Some(known)) = (&self.key, &self.held) {
             return self.remade(known);
         }
         let mut kept = true;

@@ -119,8 +119,7 @@ impl Engine {
             run: self.session.run,
             computed,
             frames,
-            known: self.cells[id].slots().filter(|_| task.fresh.is_none()).cloned(),
-            held: self.cells[id].slots().filter(|_| task.fresh.is_some()).cloned(),
+            held: self.cells[id].slots().cloned(),
         };
         task.jobs += 1;
         task.joining = true;

@@ -112,8 +112,9 @@ impl Job {
         let (first, last) = (blocks.start, blocks.end - 1);
         let own = frames.of_block(first).start..frames.of_block(last).end;
         let seen = frames.with_halo(first).start..frames.with_halo(last).end;
-        let inputs = self.gather_inputs(shared, Some(&seen))?;
-        let frame_key = (frames.halo > 0).then(|| self.frame_key(&own, &seen, &inputs));
+        let whole = || self.gather_inputs(shared, Some(&seen));
+        let with_halo = if frames.halo > 0 { Some(whole()?) } else { None };
+        let frame_key = with_halo.as_ref().map(|inputs| self.frame_key(&own, &seen, inputs));
         if frame_key.is_some() && frame_key.as_ref() == before {
             return Ok(Call {
                 results: vec![BlockResult { blocks: None, seconds: 0.0, frames: 0..0, frame_key }],
@@ -135,6 +136,8 @@ impl Job {
             });
             return Ok(Call { results: results.collect(), bytes: 0 });
         }
+        let inputs = with_halo.map_or_else(whole, Ok)?;
+        let start = Instant::now();
         let (mut outputs, _) = self.compute(shared, &inputs)?;
         let seconds = start.elapsed().as_secs_f64() / blocks.len() as f64;
         let mut bytes = self.framed_bytes(&inputs);
